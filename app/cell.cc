@@ -95,6 +95,7 @@ class Cell::Impl {
                                                 .cancel = [this] { runtime_->cancel(); }},
                       [this](auto name, auto text) { run_->note("operator", name, text); });
     run_->ask_touching([this] { return runtime_->touching(); });
+    run_->ask_where([this] { return step_; });
     power_on();
   }
 
@@ -106,6 +107,7 @@ class Cell::Impl {
   const Diagnostics& warnings() const { return warnings_; }
 
   void step(const std::string& name) {
+    if (!step_.empty()) run_->note("program", "end", step_);
     step_ = name;
     run_->step_begun(name);
     operator_->step_begun(name);

@@ -68,21 +68,6 @@ Diagnostics check(const Arguments& arguments) {
   return diagnostics;
 }
 
-/// In a child: the program has ended after it was interrupted.
-[[noreturn]] void answer(Cell& cell, const scenario::RunReport& report, scenario::Interruptions& tries) {
-  constexpr double kSoon = 6.0;  // s; what is cancelled brakes, and its program may say something yet
-  const double period = to_seconds(cell.core().period());
-  const double told = period * static_cast<double>(tries.cycle_of_interruption() + tries.paused_cycles());
-  const bool goes_on = tries.way() == scenario::Interruptions::Way::kPause && tries.long_watch();
-  if (!goes_on && report.sim_time > told + kSoon)
-    tries.complain(fmt::format("the program ends only at {:.3f} s", report.sim_time));
-  for (const auto& [name, arm] : cell.model().arms) {
-    if (!arm.device->at_rest()) tries.complain(fmt::format("'{}' moves after the end", name));
-    if (arm.device->held()) tries.complain(fmt::format("'{}' is held after the end", name));
-  }
-  tries.answer();
-}
-
 /// What came of the children, as an expectation of the run.
 void tell(const scenario::Interruptions& tries, scenario::RunReport& report) {
   const auto& failures = tries.failures();
@@ -111,6 +96,7 @@ int run(const Arguments& arguments, const Program& program) {
   cell_options.models.assign(arguments.models.begin(), arguments.models.end());
   Cell::Setup setup{.open = open, .run = options};
   setup.run.interrupt = &catch_interrupts();
+  log_on_stderr(arguments.log, setup.run);
   if (!arguments.json) show_progress_on_terminal(setup.run);
   scenario::Interruptions tries(
       {.every = std::max<std::int64_t>(1, arguments.try_every), .ways = scenario::Interruptions::by_program});
@@ -126,7 +112,7 @@ int run(const Arguments& arguments, const Program& program) {
   scenario::RunReport report = cell->finish(why, [&]() -> std::string {
     return tries.in_child() ? "" : digest_of_second_run(arguments.file, cell_options, open, program);
   });
-  if (tries.in_child()) answer(*cell, report, tries);
+  if (tries.in_child()) tries.answer_after(cell->model(), cell->core().period(), report);
   if (arguments.try_every > 0) tell(tries, report);
   if (!arguments.json) clear_progress();
   fmt::print(stderr, "{}", to_located_text(report.diagnostics));

@@ -31,6 +31,16 @@ std::optional<std::uint64_t> parse_seed(const std::optional<std::string>& text, 
   return std::nullopt;
 }
 
+constexpr std::string_view kNoLog = "none";
+
+void check_log_level(const std::string& level, Diagnostics& diagnostics) {
+  if (level == kNoLog || scenario::log_level_named(level)) return;
+  std::vector<std::string> names = scenario::log_level_names();
+  names.emplace_back(kNoLog);
+  diagnostics.error(Code::kUnknownName, "--log", fmt::format("'{}' is not a level", level),
+                    nearest_choice(level, names));
+}
+
 /// The products of a run replace neither what it reads nor each other.
 void check_products(const RunArguments& arguments, std::vector<std::filesystem::path> inputs,
                     Diagnostics& diagnostics) {
@@ -99,6 +109,10 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_option("--fps", arguments.fps, "Pictures per second of the film")->capture_default_str();
   parser.add_option("--record", arguments.record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
   parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, too");
+  parser
+      .add_option("--log", arguments.log, "What is told on stderr while it runs: debug, info, warning, error, or none")
+      ->type_name("LEVEL")
+      ->capture_default_str();
   parser.add_option("--site", arguments.site, "Site file: back ends of the devices")->type_name("FILE");
   parser
       .add_option("--backend", arguments.backends,
@@ -130,6 +144,7 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   }
   if (arguments.video_from > 0.0 && arguments.video.empty())
     diagnostics.error(Code::kRequires, "--video-from", "there is no film that could begin then", "--video OUT.mp4");
+  check_log_level(arguments.log, diagnostics);
   check_products(arguments, inputs, diagnostics);
   parsed.open.overrides = parse_sets(arguments.sets, diagnostics);
   parsed.open.seed = parse_seed(arguments.seed, diagnostics);
@@ -146,6 +161,16 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   constexpr Nanoseconds kStuck = 10 * kSecond;  // far above the longest cycle of a busy machine
   parsed.run.watchdog = is_traced() ? 0 : kStuck;
   return parsed;
+}
+
+void log_on_stderr(std::string_view level, scenario::RunOptions& options) {
+  const auto least = scenario::log_level_named(level);
+  if (!least) return;
+  options.tell = [least = *least](const scenario::LogEntry& entry) {
+    if (entry.level < least) return;
+    clear_progress();
+    fmt::print(stderr, "{}\n", to_text(entry));
+  };
 }
 
 void show_progress_on_terminal(scenario::RunOptions& options) {

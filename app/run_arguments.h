@@ -16,7 +16,7 @@ namespace takt::app {
 
 /// What a command line may say of a run, of a scenario's program or of one in C++.
 struct RunArguments {
-  std::string video, camera, size = "1280x720", record;
+  std::string video, camera, size = "1280x720", record, log = "info";
   int fps = 25;
   double video_from = 0.0;
   bool realtime = false, record_blocks = false;
@@ -40,6 +40,8 @@ struct ParsedRun {
 [[nodiscard]] ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs,
                               Diagnostics& diagnostics);
 
+/// What happens goes to stderr, a line each, from this level on. @param level  a name of log_level_names()
+void log_on_stderr(std::string_view level, scenario::RunOptions& options);
 /// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.
 void show_progress_on_terminal(scenario::RunOptions& options);
 /// Takes the bar away.

@@ -15,6 +15,8 @@
 #include "scenario/device_kind.h"
 #include "scenario/session.h"
 #include "tools/cli.h"
+#include "tools/interruption_tries.h"
+#include "tools/junit.h"
 #include "tools/net_file.h"
 #include "tools/verify_seeds.h"
 
@@ -132,11 +134,18 @@ std::filesystem::path golden_of(const std::filesystem::path& file) {
   return file.parent_path() / (file.stem().string() + ".golden.json");
 }
 
-/// A scenario's run against its expectations and its golden.
+struct VerifyArguments {
+  std::vector<std::string> paths;
+  std::string junit;
+  InterruptionArguments interruptions;
+};
+
+/// A scenario's run against its expectations and its golden, and what came of interruptions.
 struct Verified {
   std::filesystem::path file;
   scenario::RunReport run;
   std::optional<record::Comparison> golden;
+  std::optional<InterruptionTries> tries;
   Diagnostics diagnostics;
   int status = kFault;
 };
@@ -177,10 +186,19 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   return verified;
 }
 
+void interrupt(const InterruptionArguments& arguments, const Common& common, Verified& verified) {
+  if (!arguments.any() || verified.status != kHeld) return;
+  verified.tries = try_interruptions(verified.file, arguments, common);
+  verified.diagnostics.append(verified.tries->diagnostics);
+  if (!verified.tries->held()) verified.status = kNotHeld;
+}
+
 /// One scenario that fails in an unforeseen manner does not keep the others from being verified.
-Verified verify_guarded(const std::filesystem::path& file, const Common& common) {
+Verified verify_guarded(const std::filesystem::path& file, const VerifyArguments& arguments, const Common& common) {
   try {
-    return verify_one(file, common);
+    Verified verified = verify_one(file, common);
+    interrupt(arguments.interruptions, common, verified);
+    return verified;
   } catch (const std::exception& error) {
     Verified verified;
     verified.file = file;
@@ -193,27 +211,61 @@ Verified verify_guarded(const std::filesystem::path& file, const Common& common)
 Json describe(const Verified& verified) {
   Json json{{"file", verified.file.string()}, {"status", verified.status}, {"run", to_json(verified.run)}};
   if (verified.golden) json["golden"] = record::to_json(*verified.golden);
+  if (verified.tries) json["interruptions"] = to_json(*verified.tries);
   json["diagnostics"] = to_json(verified.diagnostics);
   return json;
 }
 
-int verify(const std::vector<std::string>& paths, const Common& common) {
+std::string errors_of(const Diagnostics& diagnostics) {
+  std::string text;
+  for (const Diagnostic& diagnostic : diagnostics.list())
+    if (diagnostic.severity == Severity::kError) text += (text.empty() ? "" : "\n") + to_string(diagnostic);
+  return text;
+}
+
+/// A case for the run itself, for each expectation, the golden and the interruptions.
+JunitSuite suite_of(const Verified& verified) {
+  const double seconds = verified.run.wall_time;
+  JunitSuite suite{.name = verified.file.string(), .seconds = seconds, .cases = {}};
+  Diagnostics wrong = verified.run.diagnostics;
+  wrong.append(verified.diagnostics);
+  suite.cases.push_back({.name = "run", .error = errors_of(wrong), .seconds = seconds});
+  for (const auto& one : verified.run.expectations)
+    suite.cases.push_back({.name = one.name, .failure = one.passed ? "" : one.measured, .output = one.measured});
+  if (verified.golden)
+    suite.cases.push_back(
+        {.name = "golden", .failure = verified.golden->passed ? "" : record::to_text(*verified.golden)});
+  if (verified.tries)
+    suite.cases.push_back({.name = "interruptions", .failure = verified.tries->held() ? "" : to_text(*verified.tries)});
+  return suite;
+}
+
+int verify(const VerifyArguments& arguments, const Common& common) {
   Diagnostics diagnostics;
-  const auto files = scenario_files(paths, diagnostics);
+  const auto files = scenario_files(arguments.paths, diagnostics);
+  if (!arguments.junit.empty()) diagnostics.append(check_output(arguments.junit, files, "--junit"));
   if (files.empty() && !diagnostics.has_errors())
     diagnostics.error(Code::kNotFound, "", "no scenario file is there", "*.json");
   if (diagnostics.has_errors()) return report(diagnostics, common);
   int status = kHeld;
   Json results = Json::array();
+  std::vector<JunitSuite> suites;
   for (const auto& file : files) {
-    const Verified verified = verify_guarded(file, common);
+    const Verified verified = verify_guarded(file, arguments, common);
     status = std::max(status, verified.status);
     results.push_back(describe(verified));
+    suites.push_back(suite_of(verified));
     fmt::print(stderr, "{}{}", to_located_text(verified.run.diagnostics), to_located_text(verified.diagnostics));
     if (common.json) continue;
     fmt::print("{}", to_text(verified.run, verified.file.string()));
     if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));
+    if (verified.tries) fmt::print("{}", to_text(*verified.tries));
     if (verified.status == kInterrupted) break;
+  }
+  if (!arguments.junit.empty()) {
+    diagnostics = write_file(arguments.junit, junit_xml(suites), "--junit");
+    fmt::print(stderr, "{}", to_located_text(diagnostics));
+    if (diagnostics.has_errors()) status = std::max<int>(status, kFault);
   }
   if (common.json) print({{"result", status == kHeld ? "passed" : "failed"}, {"scenarios", std::move(results)}});
   return status;
@@ -249,16 +301,22 @@ std::pair<CLI::App*, Verb> add_validate(CLI::App& app, Common& common) {
 }
 
 std::pair<CLI::App*, Verb> add_verify(CLI::App& app, Common& common) {
-  auto paths = std::make_shared<std::vector<std::string>>();
+  auto arguments = std::make_shared<VerifyArguments>();
   auto seeds = std::make_shared<SeedArguments>();
   CLI::App* verb = app.add_subcommand(
       "verify", "Run scenarios against their expectations and goldens, or one of them with many seeds");
-  verb->add_option("PATH", *paths, "Scenario files, or folders of them")->required();
+  verb->add_option("PATH", arguments->paths, "Scenario files, or folders of them")->required();
+  verb->add_option("--junit", arguments->junit, "Report for continuous integration (JUnit XML)")->type_name("OUT.xml");
+  add_interruption_options(*verb, arguments->interruptions);
   add_seed_options(*verb, *seeds);
-  return {verb, [paths, seeds, &common] {
-            const Diagnostics diagnostics = check_seed_arguments(*seeds, *paths);
+  return {verb, [arguments, seeds, &common] {
+            Diagnostics diagnostics = check_seed_arguments(*seeds, arguments->paths);
+            if (seeds->seeds > 0 && (!arguments->junit.empty() || arguments->interruptions.any()))
+              diagnostics.error(Code::kConflict, "--seeds", "seeds are tried without interruptions and without JUnit",
+                                "one of them at a time");
             if (diagnostics.has_errors()) return report(diagnostics, common);
-            return seeds->seeds > 0 ? verify_seeds(paths->front(), *seeds, common) : verify(*paths, common);
+            return seeds->seeds > 0 ? verify_seeds(arguments->paths.front(), *seeds, common)
+                                    : verify(*arguments, common);
           }};
 }
 

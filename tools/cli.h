@@ -48,6 +48,9 @@ std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_list(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_emulate(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_doctor(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_events(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_export(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_recover(CLI::App& app, Common& common);
 
 /// Prints diagnostics on stderr, a line each; with --json also {"result": "error", "diagnostics": [...]} on stdout.
 /// @return kBadInput

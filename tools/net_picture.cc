@@ -33,7 +33,7 @@ void collect(const net::NetDescription& net, const std::string& prefix,
   for (const auto& fragment : net.fragments) collect(fragment.net, prefix + fragment.id + "/", found);
 }
 
-std::string last_part(const std::string& id) { return id.substr(id.rfind('/') + 1); }
+std::string last_part(const std::string& id) { return shown_id(id.substr(id.rfind('/') + 1)); }
 
 /// Numbers as people write them, texts without quotes; no longer than will be shown.
 std::string value_text(const Json& json) {
@@ -191,9 +191,9 @@ class Painter {
     const auto slowest = std::ranges::max_element(report_.reactions, {}, key);
     if (slowest == report_.reactions.end() || slowest->links.empty()) return;
     for (const int link : slowest->links) critical_[at(link)] = true;
-    picture_.critical =
-        fmt::format("{} → {}: {} to {} cycles{}", slowest->source, slowest->sink, slowest->minimum_cycles,
-                    slowest->maximum_cycles, slowest->data_dependent ? " and what depends on data" : "");
+    picture_.critical = fmt::format("{} → {}: {} to {} cycles{}", shown_id(slowest->source), shown_id(slowest->sink),
+                                    slowest->minimum_cycles, slowest->maximum_cycles,
+                                    slowest->data_dependent ? " and what depends on data" : "");
   }
 
   /// The port of a closed card that stands for a port inside; made at its first use.
@@ -221,7 +221,7 @@ class Painter {
   }
 
   std::string inside(int primitive, const std::string& port, int card) const {
-    return report_.primitives[at(primitive)].id.substr(picture_.cards[at(card)].id.size() + 1) + "." + port;
+    return shown_id(report_.primitives[at(primitive)].id.substr(picture_.cards[at(card)].id.size() + 1)) + "." + port;
   }
 
   void add_link(std::size_t number) {
@@ -298,6 +298,20 @@ class Painter {
 };
 
 }  // namespace
+
+std::string shown_id(std::string_view id) {
+  const auto digit = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
+  const auto is_digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
+  std::string text;
+  for (std::size_t i = 0; i < id.size(); ++i) {
+    const bool escaped = id[i] == '%' && i + 2 < id.size() && is_digit(id[i + 1]) && is_digit(id[i + 2]);
+    const char meant = escaped ? static_cast<char>(16 * digit(id[i + 1]) + digit(id[i + 2])) : id[i];
+    const bool printable = meant >= 0x20 && meant != 0x7f;
+    text += escaped && printable ? meant : id[i];
+    if (escaped && printable) i += 2;
+  }
+  return text;
+}
 
 Result<NetPicture> picture_of(const net::NetReport& report, const net::NetDescription& description) {
   return Painter(report, description).paint();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/diagnostics.h"
@@ -51,6 +52,9 @@ struct NetPicture {
 /// @return the picture; with many primitives the inner fragments are drawn as one card each. Diagnostics: there are too
 /// many even so. Realtime: setup.
 [[nodiscard]] Result<NetPicture> picture_of(const net::NetReport& report, const net::NetDescription& description);
+
+/// An id for people: what it has in place of characters that ids cannot have ("%2f") is what it stands for.
+[[nodiscard]] std::string shown_id(std::string_view id);
 
 /// Where everything lies, in pixels, y downwards.
 struct PlacedNet {

@@ -170,7 +170,7 @@ class Drawing {
     svg_ += fmt::format(
         "<path class=\"wire\" data-wire=\"{}\" d=\"{}\" stroke=\"{}\" stroke-width=\"{}\"{}><title>{}</title></path>\n",
         xml_text(ends), curve(number), one.critical ? kCritical : kWire, one.critical ? "2.6" : "1.3",
-        one.delayed ? " stroke-dasharray=\"6 4\"" : "", xml_text(ends));
+        one.delayed ? " stroke-dasharray=\"6 4\"" : "", xml_text(shown_id(ends)));
     const auto& end = points.back();
     svg_ += fmt::format("<path d=\"M{:.1f},{:.1f}l-8,-3.6v7.2z\" style=\"fill:{}\"/>\n", end.x - 2.5, end.y,
                         one.critical ? kCritical : kWire);

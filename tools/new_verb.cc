@@ -1,4 +1,4 @@
-// new: a model folder from a URDF of somebody else, or from a mesh.
+// new: a model folder from a URDF of somebody else or from a mesh, a scenario to begin with.
 #include <memory>
 
 #include <fmt/format.h>
@@ -9,6 +9,7 @@
 #include "tools/cli.h"
 #include "tools/import/import_object.h"
 #include "tools/import/import_robot.h"
+#include "tools/new_scenario.h"
 
 namespace takt::tools {
 namespace {
@@ -98,24 +99,45 @@ void add_object_options(CLI::App& verb, ObjectOptions& object) {
   verb.add_option("--most-parts", object.split.most_parts, "Convex parts at most; default: 64")->type_name("N");
 }
 
+int make_scenario(const ImportOptions& options, const std::string& arm, const Common& common) {
+  const ScenarioOptions wanted{.name = options.name, .arm = arm, .out = options.out};
+  const auto file = new_scenario(wanted, common.library());
+  if (!file) return report(file.error(), common);
+  if (common.json) {
+    print({{"result", "made"}, {"file", file->string()}});
+  } else {
+    fmt::print("{}\nnext:\n  takt validate {}\n  takt run {} --video {}.mp4\n", file->string(), file->string(),
+               file->string(), options.name);
+  }
+  return kHeld;
+}
+
 }  // namespace
 
 std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
   auto options = std::make_shared<ImportOptions>();
   auto object = std::make_shared<ObjectOptions>();
   auto what = std::make_shared<std::string>();
-  CLI::App* verb = app.add_subcommand("new", "Make a model folder from a foreign URDF, or of a thing from its mesh");
-  verb->add_option("WHAT", *what, "robot or object")->required()->check(CLI::IsMember({"robot", "object"}));
-  verb->add_option("NAME", options->name, "Name of the model: a-z, 0-9, _")->required();
+  auto arm = std::make_shared<std::string>(ScenarioOptions{}.arm);
+  CLI::App* verb = app.add_subcommand(
+      "new", "Make a model folder from a foreign URDF, or of a thing from its mesh; a scenario to begin with");
+  verb->add_option("WHAT", *what, "robot, object or scenario")
+      ->required()
+      ->check(CLI::IsMember({"robot", "object", "scenario"}));
+  verb->add_option("NAME", options->name, "Name of the model: a-z, 0-9, _; of the scenario file without .json")
+      ->required();
   verb->add_option("--urdf", options->urdf, "Of a robot: the URDF file to start from")->type_name("FILE");
-  verb->add_option("--out", options->out, "Folder for the new model; default: models")->type_name("DIR");
+  verb->add_option("--out", options->out, "Folder for it; default of a model: models, of a scenario: this one")
+      ->type_name("DIR");
+  verb->add_option("--arm", *arm, "Of a scenario: model of its arm")->type_name("NAME")->capture_default_str();
   verb->add_option("--packages", options->packages, "Folders with mesh packages, besides those above the file")
       ->type_name("DIR");
   verb->add_option("--base", options->base, "Link at the mounting face; default: guessed")->type_name("LINK");
   verb->add_option("--flange", options->flange, "Link at the face of the flange; default: guessed")->type_name("LINK");
   verb->add_option("--title", options->title, "Title for people")->type_name("TEXT");
   add_object_options(*verb, *object);
-  return {verb, [options, object, what, &common] {
+  return {verb, [options, object, what, arm, &common] {
+            if (*what == "scenario") return make_scenario(*options, *arm, common);
             if (options->out.empty()) options->out = "models";
             if (*what == "robot") return new_robot(*options, common);
             object->name = options->name;

@@ -11,8 +11,10 @@
 #include "core/base/text_location.h"
 #include "record/compare.h"
 #include "record/golden.h"
+#include "scenario/recorded_run.h"
 #include "scenario/replay.h"
 #include "scenario/session.h"
+#include "scenario/signal_reader.h"
 #include "scenario/state_dump.h"
 #include "tools/cli.h"
 
@@ -39,6 +41,14 @@ void name_bit(const CompareArguments& arguments, const Common& common, record::C
   }
 }
 
+/// The tolerances that the scenario of a recording asks for.
+std::vector<record::ToleranceRule> recorded_rules(const std::string& file) {
+  const auto recording = record::Recording::open(file);
+  if (!recording) return {};
+  const auto description = scenario::recorded_scenario(*recording);
+  return description ? description->tolerances : std::vector<record::ToleranceRule>();
+}
+
 int compare(const CompareArguments& arguments, const Common& common) {
   if (is_golden(arguments.a)) {
     Diagnostics diagnostics;
@@ -50,8 +60,9 @@ int compare(const CompareArguments& arguments, const Common& common) {
     const Diagnostics diagnostics = check_output(arguments.html, {arguments.a, arguments.b}, "--report");
     if (diagnostics.has_errors()) return report(diagnostics, common);
   }
-  auto comparison = is_golden(arguments.b) ? record::verify(arguments.a, arguments.b)
-                                           : record::compare_recordings(arguments.a, arguments.b);
+  auto comparison = is_golden(arguments.b)
+                        ? record::verify(arguments.a, arguments.b)
+                        : record::compare_recordings(arguments.a, arguments.b, {.rules = recorded_rules(arguments.b)});
   if (!comparison) return report(comparison.error(), common);
   if (comparison->first_difference && !arguments.quick) name_bit(arguments, common, *comparison);
   if (!arguments.html.empty()) {
@@ -107,9 +118,14 @@ int bless(const BlessArguments& arguments, const Common& common) {
   record::BlessOptions blessing;
   blessing.scenario = file.filename().string();
   blessing.reason = arguments.reason;
-  blessing.topics = {"/*/set_point", "/*/joint_states", "/*/wrench", "/program"};
-  // Measured torques are noise on top of what the positions already say, and noise does not thin.
-  blessing.rules = {{.column = "*.effort", .tolerance = {.kind = record::ToleranceKind::kReportOnly}}};
+  blessing.topics = {"/*/set_point", "/*/joint_states", "/*/wrench", "/*/gripper", "/signals", "/objects", "/program"};
+  blessing.rules = (*session)->description().tolerances;
+  // What is measured by an analog input is mostly noise, and noise does not thin.
+  for (const scenario::NamedSignal& signal : scenario::signals_of((*session)->built().cell))
+    if (!signal.digital)
+      blessing.rules.push_back({"/signals", signal.name, {.kind = record::ToleranceKind::kReportOnly}});
+  // Measured torques are noise on top of what the positions already say.
+  blessing.rules.push_back({.column = "*.effort", .tolerance = {.kind = record::ToleranceKind::kReportOnly}});
   const auto golden = record::bless(recording->path(), golden_file, blessing);
   if (!golden) return report(golden.error(), common);
   if (common.json) {

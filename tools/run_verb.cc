@@ -70,8 +70,12 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(arguments.file, library, opening);
   if (!session) return report(session.error(), common);
-  fmt::print(stderr, "{}", to_located_text((*session)->warnings()));
-  if (arguments.dry_run) return dry_run(**session, common);
+  const auto tell_warnings = [&] { fmt::print(stderr, "{}", to_located_text((*session)->warnings())); };
+  if (arguments.dry_run) {
+    tell_warnings();
+    return dry_run(**session, common);
+  }
+  options.begun = tell_warnings;
 
   options.from = arguments.from;
   options.interrupt = &app::catch_interrupts();
@@ -79,7 +83,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   if (!site.drivers().empty()) fmt::print(stderr, "devices: {}\n", scenario::to_text(site.realities()));
   if (site.speed_override() < 1.0)
     fmt::print(stderr, "speed: {:g} of what is planned; --speed-override 1 for all of it\n", site.speed_override());
-  options.tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  app::log_on_stderr(arguments.log, options);
   if (arguments.step) {
     options.before_step = ask;
   } else {

@@ -26,12 +26,13 @@ using test::schema;
 using test::text_of;
 
 /// Uses every key there is at least once.
-constexpr const char* kEverything = R"({
+constexpr const char *kEverything = R"({
   "$schema": "x", "comment": ["any", 1], "title": "t", "description": "d", "seed": 7, "time_limit_s": 10,
   "program_latency_cycles": 0, "plant_mass_scale": 1.1,
   "frames": {"a": {"in": "b", "position_m": [1, 0, 0], "rpy_deg": [0, 0, 90]}, "b": {"quaternion": [1, 0, 0, 0]}},
   "devices": {
     "arm": {"model": "lwr4plus", "at": {"comment": "here", "in": "world"}, "payload_error_kg": -0.1, "tool": "probe",
+            "material": "steel", "friction": 0.3,
             "start_deg": [0, -30, 0, 90, 0, -60, 0]},
     "wrist": {"model": "ft_gamma", "on": "arm"},
     "probe": {"model": "probe_ball", "on": "wrist"},
@@ -159,6 +160,8 @@ constexpr const char* kEverything = R"({
   "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},
                {"at_s": 2, "do": "override", "value": 0.5}, {"at_s": 3, "do": "write", "channel": "go", "value": true},
                {"at_s": 4, "do": "cancel"}, {"at_s": 5, "do": "abort"}],
+  "golden": {"tolerances": [{"topic": "/arm/*", "column": "*.position", "kind": "tube", "dv": 0.001, "dt_s": 0.01},
+                            {"column": "*.effort", "kind": "report_only"}, {"dv": 1, "kind": "features"}]},
   "expectations": [
     {"name": "n", "kind": "estimate", "estimate": "found", "of": "block", "position_within_m": 1,
      "angle_within_deg": 1},
@@ -175,7 +178,21 @@ constexpr const char* kEverything = R"({
     {"kind": "tool_pose", "arm": "arm", "in": "world", "position_m": [0, 0, 0], "quaternion": [1, 0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 1, "below_N": 20},
-    {"kind": "belief", "frame": "block/top", "position_within_m": 0.01, "angle_within_deg": 5}
+    {"kind": "belief", "frame": "block/top", "position_within_m": 0.01, "angle_within_deg": 5},
+    {"kind": "value", "value": "$force('wrist')",
+                     "during" : "touch",
+                     "at_least" : 0,
+                     "at_most" : 9,
+                     "share" : 0.9,
+                     "mean_at_least" : 0,
+                     "mean_at_most" : 5
+},
+    {"kind": "event", "source": "arm", "event": "touch", "text": "m", "during": "touch", "at_least": 1, "at_most": 2,
+     "from_s": 1, "to_s": 20},
+    {"kind": "event", "event": "log", "times": 1},
+    {"kind": "order", "events": [{"source": "program", "event": "begin", "text": "touch", "during": "touch"},
+                                 {"text": "m", "within_s": 2}]},
+    {"kind": "contacts", "only": [["probe", "block"], ["floor", "arm"]]}
   ]
 })";
 
@@ -260,7 +277,11 @@ constexpr Mistake kMistakes[] = {
     {"/objects/block/shape", nullptr},
     {"/objects/block/shape", "\"cube\""},
     {"/objects/block/size_m", "[0, 1, 1]"},
+    {"/objects/block/size_m", "[1e-9, 1, 1]"},
     {"/objects/block/size_m", nullptr},
+    {"/objects/stack/parts/1/radius_m", "2000"},
+    {"/devices/arm/friction", "-0.1"},
+    {"/devices/arm/material", "1"},
     {"/objects/block/radius_m", "1"},
     {"/objects/table/shape", "\"box\""},
     {"/objects/table/size_m", "[1, 1, 1]"},
@@ -506,6 +527,27 @@ constexpr Mistake kMistakes[] = {
     {"/expectations/9/is", nullptr},
     {"/expectations/10/rises", "-1"},
     {"/expectations/11/at_most", "\"5\""},
+    {"/golden/tolerances", nullptr},
+    {"/golden/tolerances/0/dv", nullptr},
+    {"/golden/tolerances/0/dv", "-1"},
+    {"/golden/tolerances/0/kind", "\"loose\""},
+    {"/golden/tolerances/0/dt_s", "11"},
+    {"/golden/tolerances/1/dv", "1"},
+    {"/expectations/15/value", nullptr},
+    {"/expectations/15/value", "\"force('wrist')\""},
+    {"/expectations/15/share", "0"},
+    {"/expectations/15/share", "1.1"},
+    {"/expectations/15/during", "\"\""},
+    {"/expectations/15/mean_at_most", "\"5\""},
+    {"/expectations/16/times", "1"},
+    {"/expectations/16/at_least", "-1"},
+    {"/expectations/16/to_s", "4000"},
+    {"/expectations/17/event", nullptr},
+    {"/expectations/18/events", "[]"},
+    {"/expectations/18/events/1/within_s", "-1"},
+    {"/expectations/18/events/1/text", nullptr},
+    {"/expectations/19/only", nullptr},
+    {"/expectations/19/only/0", "[\"probe\"]"},
 };
 INSTANTIATE_TEST_SUITE_P(Each, ScenarioMistake, testing::ValuesIn(kMistakes));
 

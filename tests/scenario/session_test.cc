@@ -1,14 +1,20 @@
 // Whole runs of scenarios: what repeats, what changes the digest, how a run may end, and each expectation both ways.
 #include "scenario/session.h"
-#include "tests/support/reports.h"
+
+#include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/reports.h"
+
 namespace takt::scenario::session_test {
 namespace {
 
+using takt::test::Notes;
 using takt::test::Reports;
+using takt::test::Warns;
 
 const device::ModelLibrary& models() {
   static const device::ModelLibrary library({"models"});
@@ -105,6 +111,85 @@ TEST(Session, D4_TheLowestBitOfOneJointChangesTheDigest) {
   double& q = changed.devices[0].start_rad[1];
   q = std::nextafter(q, 0.0);
   EXPECT_NE(run(std::move(changed)).digest, run(shorty()).digest);
+}
+
+TEST(Session, D5_WhatIsEnteredLaterIsRepeatedFromThere) {
+  auto session = Session::create(shorty(R"(, "expectations": [{"kind": "repeats"}])"), models());
+  ASSERT_TRUE(session) << session.error().to_string();
+  RunOptions options;
+  options.from = "pause";
+  const RunReport report = (*session)->run(options);
+  ASSERT_EQ(report.expectations.size(), 1u);
+  EXPECT_TRUE(report.expectations[0].passed) << report.expectations[0].measured;
+}
+
+TEST(Session, WarningsOfTheFileAreToldOnceAndOnlyIfNothingIsRefused) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "radians.json";
+  std::ofstream(file) << R"({"devices": {"arm": {"model": "lwr4plus"}},
+    "frames": {"a": {"rpy_deg": [0, 0, 1.5708]}},
+    "program": {"do": "ptp", "to": {"joints_deg": [0, 0.5, 0, 1.5708, 0, 0, 0]}}})";
+  const auto begun = [&](const std::string& from) {
+    auto session = Session::open(file, models());
+    EXPECT_TRUE(session) << session.error().to_string();
+    EXPECT_THAT((*session)->warnings(), Warns(Code::kInvalidValue, "/frames/a/rpy_deg", {"1.5708"}));
+    EXPECT_THAT((*session)->warnings(), Warns(Code::kInvalidValue, "/program/to/joints_deg", {"1.5708"}));
+    EXPECT_EQ((*session)->warnings().list().size(), 2u) << (*session)->warnings().to_string();
+    int count = 0;
+    RunOptions options;
+    options.from = from;
+    options.begun = [&] { ++count; };
+    EXPECT_TRUE((*session)->run(options).diagnostics.list().size() == (from.empty() ? 0u : 1u));
+    return count;
+  };
+  EXPECT_EQ(begun(""), 1);
+  EXPECT_EQ(begun("no such step"), 0) << "an option that is wrong is all that is told";
+}
+
+TEST(Session, ModelsBesideTheFileAreFound) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(testing::TempDir()) / "with_models";
+  fs::remove_all(folder);
+  fs::create_directories(folder / "models" / "crate");
+  std::ofstream(folder / "models/crate/device.json") << R"({"kind": "object", "name": "crate", "urdf": "crate.urdf"})";
+  std::ofstream(folder / "models/crate/crate.urdf")
+      << R"(<robot name="crate"><link name="base"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>
+            </link></robot>)";
+  std::ofstream(folder / "a.json") << R"({"devices": {"arm": {"model": "lwr4plus"}},
+      "objects": {"c": {"model": "crate", "at": {"position_m": [2, 0, 1]}}},
+      "program": {"do": "wait", "seconds": 0.01}})";
+  const auto session = Session::open(folder / "a.json", models());
+  EXPECT_TRUE(session) << session.error().to_string();
+  const auto unknown = Session::open(folder / "a.json", models(), {.overrides = {{"/objects/c/model", "crat"}}});
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error(), Reports(Code::kUnknownName, "/objects/c/model",
+                                       {"crat", "crate", "youbot_base", (folder / "models").string(), "--models"}));
+}
+
+TEST(Session, UnknownKeysOfOtherOperationsAreExplained) {
+  const auto wrong = Session::create(shorty(), models());
+  ASSERT_TRUE(wrong);
+  auto description = shorty();
+  description.program["steps"][0]["velocity_m_s"] = 0.1;
+  const auto session = Session::create(std::move(description), models());
+  ASSERT_FALSE(session);
+  EXPECT_THAT(session.error(),
+              Reports(Code::kUnknownKey, "/program/steps/0/velocity_m_s", {"lin", "circ", "ptp", "speed"}));
+}
+
+TEST(Session, AFrictionThatNeverDecidesIsNoted) {
+  const auto with = [](const std::string& probe, const std::string& block) {
+    auto description = shorty();
+    description.devices.back().friction = probe.empty() ? std::nullopt : std::optional(std::stod(probe));
+    description.objects.back().friction = block.empty() ? std::nullopt : std::optional(std::stod(block));
+    auto session = Session::create(std::move(description), models());
+    EXPECT_TRUE(session) << session.error().to_string();
+    return (*session)->warnings();
+  };
+  EXPECT_THAT(with("", "0"), Notes("/objects/block/friction", {"0", "0.6"}));
+  EXPECT_TRUE(with("", "0.9").empty()) << "it decides";
+  EXPECT_TRUE(with("0.2", "0.2").empty()) << "both together do";
+  EXPECT_THAT(with("0.2", "0.1"), Notes("/objects/block/friction", {"0.1", "0.2"}));
+  EXPECT_THAT(with("0.1", ""), Notes("/devices/probe/friction", {"0.1", "0.6"}));
 }
 
 // -- Ends ----------------------------------------------------------------------------------------------------------

@@ -210,6 +210,13 @@ class Graph(NetTest):
         self.assertEqual(picture.overlaps(), [])
         self.assertEqual(picture.crossings(), [])
 
+    def test_labels_are_free_of_escapes(self):
+        """Ids of channels cannot have '/' and write it as %2f; people see the name."""
+        picture = self.draw("scenarios/touch.json", "--step", "touch the top")
+        self.assertNotIn("%2f", picture.text)
+        self.assertIn("operator/override", picture.text)
+        self.assertTrue(any("%2f" in one for one in picture.cards), "ids stay as they are in the net")
+
     def test_three_hundred(self):
         picture = self.draw(self.write(chain(300)))
         self.assertEqual(len(picture.cards), 300)

@@ -53,7 +53,7 @@ class Foreign(WithFolder):
                 self.assertEqual(takt("validate", device).returncode, 0)
                 figures = json.loads(takt("model", name, "--models", self.models, "--json").stdout)
                 self.assertIn(ways[name], figures["inverse_kinematics"])
-                self.assertEqual(figures["joints"], [j for j in report["joints"] if j in figures["joints"]])
+                self.assertEqual(figures["joints"], report["joints"])
                 # Arms of few joints take long ways to turn the tool as near as they can.
                 wave = ["run", "scenarios/wave.json", "--models", self.models, "--set", f"/devices/arm/model={name}",
                         "--set", "/expectations/2/below_s=40", "--json"]
@@ -129,6 +129,20 @@ class Foreign(WithFolder):
         figures = json.loads(takt("model", "seven", "--models", self.models, "--json").stdout)
         self.assertIsNone(figures["lower"][0], "an endless joint stays one")
         self.assertEqual(figures["velocity"][1], 1)
+
+    def test_joints_have_the_order_of_the_chain(self):
+        """Whatever order the file has them in: it is that of home_rad, limits and --fk."""
+        tree = xml.etree.ElementTree.parse(FOREIGN / FILES["cobot"])
+        robot = tree.getroot()
+        joints = robot.findall("joint")
+        for joint in joints:
+            robot.remove(joint)
+        robot.extend(reversed(joints))
+        file = self.path / "backwards.urdf"
+        tree.write(file)
+        report = self.made("cobot", file)
+        figures = json.loads(takt("model", "cobot", "--models", self.models, "--json").stdout)
+        self.assertEqual(report["joints"], figures["joints"])
 
     def test_base_and_flange_may_be_given(self):
         report = self.made("cobot", None, "--base", "base_link", "--flange", "flange", "--title", "A Cobot")

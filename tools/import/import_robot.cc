@@ -124,6 +124,19 @@ Result<void> build(const ImportOptions& options, Draft& draft, const Workshop& w
   return finish(options, draft, workshop);
 }
 
+/// Movable joints from the base to the flange: the order of the device file.
+std::vector<std::string> joints_of(Draft& draft) {
+  std::vector<std::string> names;
+  for (std::string link = draft.flange; link != draft.base;) {
+    const Node* joint = draft.joint_above(link);
+    if (joint == nullptr) break;
+    if (is_movable(*joint)) names.push_back(joint->text("name"));
+    link = parent_of(*joint);
+  }
+  std::ranges::reverse(names);
+  return names;
+}
+
 }  // namespace
 
 Result<ImportReport> import_robot(const ImportOptions& options) {
@@ -152,11 +165,7 @@ Result<ImportReport> import_robot(const ImportOptions& options) {
     }
     return std::unexpected(std::move(diagnostics));
   }
-  ImportReport report{options.out / options.name, draft->base, draft->flange, {}, draft->notes};
-  for (const Node& node : draft->robot.children) {
-    if (node.name == "joint" && is_movable(node)) report.joints.push_back(node.text("name"));
-  }
-  return report;
+  return ImportReport{options.out / options.name, draft->base, draft->flange, joints_of(*draft), draft->notes};
 }
 
 }  // namespace takt::tools

@@ -1,0 +1,143 @@
+// Expectations about a part of the program, each both ways.
+#include "scenario/part_expectations.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scenario/session.h"
+#include "scenario/step_window.h"
+#include "tests/scenario/described.h"
+#include "tests/support/reports.h"
+
+namespace takt::scenario::part_expectations_test {
+namespace {
+
+using takt::test::Names;
+using takt::test::Reports;
+using test::models;
+using test::parsed;
+
+/// Touches a block twice in a loop, with a pause of 0.3 s between.
+std::string scenario(const std::string& expectations) {
+  return R"({"devices": {
+      "arm": {"model": "lwr4plus", "start_deg": [0, -30, 0, 90, 0, -60, 0]},
+      "wrist": {"model": "ft_gamma", "on": "arm"}, "probe": {"model": "probe_ball", "on": "wrist"}},
+    "objects": {"block": {"shape": "box", "size_m": [0.4, 0.4, 0.2], "at": {"position_m": [0.55, 0, 0.1]}}},
+    "program": {"do": "sequence", "name": "main", "steps": [
+      {"do": "ptp", "name": "above", "to": {"in": "block", "position_m": [0, 0, 0.12], "rpy_deg": [180, 0, 0]}},
+      {"do": "tare"},
+      {"do": "repeat", "name": "measure", "times": 2, "steps": [
+        {"do": "lin", "name": "touch", "to": {"by_m": [0, 0, -0.04]}, "velocity_m_s": 0.02,
+         "until": {"sensor": "wrist", "above_N": 5}},
+        {"do": "lin", "name": "away", "to": {"by_m": [0, 0, 0.02]}},
+        {"do": "wait", "name": "pause", "seconds": 0.3}]}]},
+    "expectations": [)" +
+         expectations + "]}";
+}
+
+Result<std::unique_ptr<Session>> open(const std::string& expectations) {
+  return Session::create(parsed(scenario(expectations)), models());
+}
+
+/// All of them in one run: what held, in their order, and what was measured.
+struct Judged {
+  std::vector<bool> held;
+  std::vector<ExpectationResult> results;
+};
+Judged judged(const std::string& expectations) {
+  auto session = open(expectations);
+  if (!session) {
+    ADD_FAILURE() << session.error().to_string();
+    return {};
+  }
+  Judged judged;
+  judged.results = (*session)->run({}).expectations;
+  for (const ExpectationResult& result : judged.results) judged.held.push_back(result.passed);
+  return judged;
+}
+
+TEST(PartExpectations, AValueCountsWhileItsStepRuns) {
+  const Judged all = judged(R"(
+      {"kind": "value", "value": "$force('wrist')", "during": "touch", "at_most": 60},
+      {"kind": "value", "value": "$force('wrist')", "during": "touch", "at_most": 4},
+      {"kind": "value", "value": "$force('wrist')", "during": "pause", "at_most": 1},
+      {"kind": "value", "value": "$force('wrist')", "during": "measure", "at_most": 4},
+      {"kind": "value", "value": "$force('wrist')", "at_most": 4})");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, false, false})) << all.results.at(1).measured;
+EXPECT_GT(all.results.at(0).value, 5.0);
+EXPECT_THAT(all.results.at(0).measured, Names("N", "60")) << "with its unit";
+}
+
+TEST(PartExpectations, AShareOfTheTimeAndTheMeanMayBeBounded) {
+  const Judged all = judged(R"(
+      {"kind": "value", "value": "$force('wrist')", "during": "measure", "at_most": 1, "share": 0.5},
+      {"kind": "value", "value": "$force('wrist')", "during": "measure", "at_most": 1, "share": 0.999},
+      {"kind": "value", "value": "$force('wrist')", "during": "measure", "mean_at_most": 2},
+      {"kind": "value", "value": "$force('wrist')", "during": "measure", "mean_at_least": 2})");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, false}));
+}
+
+TEST(PartExpectations, EventsAreCounted) {
+  const Judged all = judged(R"(
+      {"kind": "event", "source": "arm", "event": "touch", "times": 2},
+      {"kind": "event", "source": "arm", "event": "touch", "times": 1},
+      {"kind": "event", "source": "arm", "event": "touch", "during": "away"},
+      {"kind": "event", "source": "program", "event": "begin", "text": "pause", "at_least": 2, "at_most": 2},
+      {"kind": "event", "source": "program", "event": "retry", "at_most": 0},
+      {"kind": "event", "source": "program", "event": "begin", "text": "touch", "to_s": 0.5})");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false, false, true, true, false}));
+}
+
+TEST(PartExpectations, AnOrderHasItsWindows) {
+  const Judged all = judged(R"(
+      {"kind": "order", "events": [{"event": "begin", "text": "touch"}, {"source": "contact", "event": "contact"},
+                                   {"event": "begin", "text": "pause"}]},
+      {"kind": "order", "events": [{"event": "begin", "text": "pause"}, {"event": "begin", "text": "above"}]},
+      {"kind": "order", "events": [{"event": "begin", "text": "pause"},
+                                   {"event": "end", "text": "pause", "within_s": 0.31}]},
+      {"kind": "order", "events": [{"event": "begin", "text": "pause"},
+                                   {"event": "end", "text": "pause", "within_s": 0.2}]})");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, false}));
+  EXPECT_THAT(all.results.at(1).measured, Names("1", "2", "above")) << "what did not come";
+}
+
+TEST(PartExpectations, ContactsAreThoseThatAreMeant) {
+  const Judged all = judged(R"({"kind": "contacts", "only": [["block", "probe"]]}, {"kind": "contacts", "only": []})");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false}));
+  EXPECT_THAT(all.results.at(1).measured, Names("block", "probe", "N"));
+}
+
+TEST(PartExpectations, MistakesAreFoundBeforeTheRun) {
+  const auto session = open(R"(
+      {"kind": "value", "value": "$force('wirst')", "at_most": 1},
+      {"kind": "value", "value": "$force('wrist') > 1[N]", "at_most": 1},
+      {"kind": "value", "value": "$force('wrist')", "during": "tuch", "at_most": 1},
+      {"kind": "value", "value": "$force('wrist')"},
+      {"kind": "value", "value": "$force('wrist')", "at_least": 2, "at_most": 1},
+      {"kind": "order", "events": [{"event": "begin", "during": "nowhere"}, {"event": "end"}]},
+      {"kind": "contacts", "only": [["probe", "blok"]]})");
+  ASSERT_FALSE(session);
+const std::string at = "/expectations/";
+EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "0/value", {"wirst", "wrist"}));
+EXPECT_THAT(session.error(), Reports(Code::kTypeMismatch, at + "1/value"));
+EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "2/during", {"tuch", "touch"}));
+EXPECT_THAT(session.error(), Reports(Code::kMissing, at + "3", {"at_most"}));
+EXPECT_THAT(session.error(), Reports(Code::kConflict, at + "4/at_least", {"2", "1"}));
+EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "5/events/0/during", {"nowhere"}));
+EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "6/only/0/1", {"blok", "block"}));
+}
+
+TEST(StepWindow, APathGoesThroughItsNodes) {
+  EXPECT_TRUE(goes_through("a / b (2) / c", "a"));
+  EXPECT_TRUE(goes_through("a / b (2) / c", "b"));
+  EXPECT_TRUE(goes_through("a / b (2) / c", "c"));
+  EXPECT_TRUE(goes_through("a / b (2) / c", "b (2)"));
+  EXPECT_FALSE(goes_through("a / b (2) / c", "d"));
+  EXPECT_FALSE(goes_through("a / bb / c", "b"));
+  EXPECT_TRUE(goes_through("grip (left)", "grip (left)"));
+  EXPECT_FALSE(goes_through("grip (left)", "grip")) << "that is no round";
+  EXPECT_FALSE(goes_through("", "a"));
+}
+
+}  // namespace
+}  // namespace takt::scenario::part_expectations_test

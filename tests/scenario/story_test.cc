@@ -1,0 +1,154 @@
+// What a run tells of itself: what happened, when, in which step, and why (docs/recording.md).
+#include <algorithm>
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "record/recording.h"
+#include "scenario/session.h"
+#include "tests/scenario/described.h"
+#include "tests/support/reports.h"
+
+namespace takt::scenario::story_test {
+namespace {
+
+using takt::test::Names;
+using takt::test::Notes;
+using test::models;
+using test::parsed;
+
+/// An arm with a probe over a block, whose flange points down.
+std::string cell(const std::string& steps, const std::string& more = "") {
+  return R"({"devices": {
+      "arm": {"model": "lwr4plus", "start_deg": [0, -30, 0, 90, 0, -60, 0]},
+      "wrist": {"model": "ft_gamma", "on": "arm"}, "probe": {"model": "probe_ball", "on": "wrist"}},
+    "objects": {"block": {"shape": "box", "size_m": [0.4, 0.4, 0.2], "at": {"position_m": [0.55, 0, 0.1]}}},
+    "program": {"do": "sequence", "name": "main", "steps": [)" +
+         steps + "]}" + more + "}";
+}
+
+RunReport run(const std::string& text, const RunOptions& options = {}) {
+  auto session = Session::create(parsed(text), models());
+  if (!session) {
+    ADD_FAILURE() << session.error().to_string();
+    return {};
+  }
+  return (*session)->run(options);
+}
+
+std::vector<LogEntry> entries(const RunReport& report, const std::string& source, const std::string& name) {
+  std::vector<LogEntry> found;
+  for (const LogEntry& entry : report.log)
+    if (entry.source == source && entry.name == name) found.push_back(entry);
+  return found;
+}
+
+std::vector<std::string> words(const std::vector<LogEntry>& log, LogLevel least = LogLevel::kDebug) {
+  std::vector<std::string> words;
+  for (const LogEntry& entry : log)
+    if (entry.level >= least) words.push_back(entry.source + " " + entry.name);
+  return words;
+}
+
+constexpr const char* kAbove = R"({"do": "ptp", "name": "above", "to": {"in": "block", "position_m": [0, 0, 0.12],
+                                                                       "rpy_deg": [180, 0, 0]}})";
+constexpr const char* kTouch = R"({"do": "lin", "name": "touch", "to": {"by_m": [0, 0, -0.04]}, "velocity_m_s": 0.01,
+                                   "until": {"sensor": "wrist", "above_N": 5}})";
+constexpr const char* kAway = R"({"do": "lin", "name": "away", "to": {"by_m": [0, 0, 0.03]}})";
+
+TEST(Story, StepsContactsAndLogLinesHaveTimeAndPath) {
+  const RunReport report = run(cell(std::string(kAbove) + R"(, {"do": "tare"}, )" + kTouch + "," + kAway +
+                                    R"(, {"do": "log", "text": "done"}, {"do": "wait", "seconds": 0.2})"));
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+  EXPECT_EQ(words(report.log, LogLevel::kInfo),
+            (std::vector<std::string>{"contact contact", "arm touch", "contact parted", "program log"}));
+  const LogEntry touched = entries(report, "contact", "contact").at(0);
+  EXPECT_EQ(touched.step, "main / touch");
+  EXPECT_THAT(touched.text, Names("probe", "block", "N"));
+  const LogEntry parted = entries(report, "contact", "parted").at(0);
+  EXPECT_THAT(parted.text, Names("probe", "block"));
+  EXPECT_GT(parted.time, touched.time);
+  EXPECT_EQ(entries(report, "program", "log").at(0).text, "done");
+  const auto begun = entries(report, "program", "begin");
+  ASSERT_EQ(begun.size(), 5u);
+  EXPECT_EQ(begun[2].step, "main / touch");
+  EXPECT_EQ(report.log_omitted, 0);
+}
+
+TEST(Story, RetriesAndTheirReasonsAreTold) {
+  const RunReport report = run(cell(R"({"do": "try", "name": "carefully", "retry": 1, "steps": [
+        {"do": "lin", "name": "nothing there", "to": {"by_m": [0, 0, 0.01]},
+         "until": {"sensor": "wrist", "above_N": 50}}],
+        "on_error": {"steps": [{"do": "log", "text": "given up"}]}})"));
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+  EXPECT_EQ(words(report.log, LogLevel::kInfo),
+            (std::vector<std::string>{"program failed", "program retry", "program failed", "program handled",
+                                      "program log"}));
+  const auto failed = entries(report, "program", "failed");
+  EXPECT_EQ(failed.at(0).step, "main / carefully / nothing there");
+  EXPECT_EQ(failed.at(1).step, "main / carefully (2) / nothing there");
+  EXPECT_THAT(failed.at(0).text, Names("nothing", "there", "50"));
+}
+
+TEST(Story, AFaultIsToldWithJointAndContact) {
+  // Blind, and much too far: the block stops the probe.
+  const RunReport report =
+      run(cell(std::string(kAbove) + R"(, {"do": "lin", "name": "ram", "to": {"by_m": [0, 0, -0.08]},
+      "velocity_m_s": 0.2, "until": {"sensor": "wrist", "above_N": 5000}, "on_end": "continue"})"));
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  const auto fault = entries(report, "arm", "fault");
+  ASSERT_EQ(fault.size(), 1u) << report.diagnostics.to_string();
+  EXPECT_EQ(fault[0].level, LogLevel::kError);
+  EXPECT_EQ(fault[0].step, "main / ram");
+  EXPECT_THAT(fault[0].text, Names("joint", "block", "N"));
+  EXPECT_THAT(fault[0].text, testing::HasSubstr("'probe/")) << "the body that hit";
+  EXPECT_THAT(report.diagnostics, Notes("", {"arm", "block", "ram"})) << "in the report too";
+  EXPECT_EQ(words(report.log).back(), "run error");
+}
+
+TEST(Story, WhatTheOperatorDoesIsTold) {
+  const RunReport report =
+      run(cell(kAbove, R"(, "operator": [{"at_s": 0.2, "do": "pause"}, {"at_s": 0.4, "do": "resume"},
+      {"at_s": 0.5, "do": "override", "value": 0.5}, {"at_s": 0.6, "do": "cancel"}])"));
+  EXPECT_EQ(words(report.log, LogLevel::kInfo),
+            (std::vector<std::string>{"operator pause", "operator resume", "operator override", "operator cancel"}));
+  EXPECT_EQ(entries(report, "operator", "pause").at(0).time, 200 * kMillisecond);
+  EXPECT_EQ(entries(report, "operator", "pause").at(0).step, "main / above");
+}
+
+TEST(Story, TheRecordingHasAllOfIt) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "story.mcap";
+  std::vector<std::string> told;
+  RunOptions options;
+  options.record = file;
+  options.tell = [&](const LogEntry& entry) { told.push_back(entry.source + " " + entry.name); };
+  const RunReport report = run(cell(std::string(kAbove) + R"(, {"do": "tare"}, )" + kTouch + "," + kAway), options);
+  EXPECT_EQ(words(report.log), told) << "as it happens";
+  const auto recording = record::Recording::open(file);
+  ASSERT_TRUE(recording);
+  std::size_t recorded = 0;
+  for (const char* topic : {"/program", "/contacts"}) {
+    const auto events = recording->events(topic);
+    ASSERT_TRUE(events) << topic;
+    recorded += events->size();
+    for (const record::RecordedEvent& event : *events) {
+      const auto same = [&](const LogEntry& entry) {
+        return entry.name == event.name && entry.step == event.step && entry.text == event.text;
+      };
+      EXPECT_TRUE(std::ranges::any_of(report.log, same)) << event.text;
+    }
+  }
+  EXPECT_EQ(recorded, report.log.size());
+  EXPECT_EQ(recording->events("/log")->size(), report.log.size()) << "as other tools show it";
+}
+
+TEST(Story, TheLogChangesNoBit) {
+  const std::string text = cell(std::string(kAbove) + R"(, {"do": "tare"}, )" + kTouch);
+  RunOptions options;
+  options.tell = [](const LogEntry&) {};
+  EXPECT_EQ(run(text).digest, run(text, options).digest);
+}
+
+}  // namespace
+}  // namespace takt::scenario::story_test

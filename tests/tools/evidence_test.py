@@ -1,0 +1,254 @@
+#!/usr/bin/env python3
+"""What a run shows and keeps, from outside: the log, recordings that stand alone, tables, recovery, JUnit, interruptions.
+
+Usage: evidence_test.py TAKT
+"""
+import csv
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+TAKT = pathlib.Path(sys.argv.pop(1)).resolve()
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+SHORT = {
+    "devices": {"left arm": {"model": "lwr4plus", "start_deg": [0, -30, 0, 90, 0, -60, 0]},
+                "wrist": {"model": "ft_gamma", "on": "left arm"}, "probe": {"model": "probe_ball", "on": "wrist"}},
+    "objects": {"block": {"shape": "box", "size_m": [0.4, 0.4, 0.2], "at": {"position_m": [0.55, 0, 0.1]}}},
+    "cameras": {"c": {"at": {"position_m": [1.6, -1.3, 1.0]}, "look_at": {"position_m": [0.4, 0, 0.3]}}},
+    "program": {"do": "sequence", "name": "main", "steps": [
+        {"do": "ptp", "name": "above", "to": {"in": "block", "position_m": [0, 0, 0.12], "rpy_deg": [180, 0, 0]}},
+        {"do": "tare"},
+        {"do": "lin", "name": "touch", "to": {"by_m": [0, 0, -0.04]}, "velocity_m_s": 0.02,
+         "until": {"sensor": "wrist", "above_N": 5}},
+        {"do": "log", "text": "touched"},
+        {"do": "lin", "name": "away", "to": {"by_m": [0, 0, 0.02]}}]},
+    "expectations": [{"kind": "event", "source": "left arm", "event": "touch", "times": 1},
+                     {"name": "soft", "kind": "value", "value": "$force('wrist')", "during": "touch", "at_most": 100}],
+}
+
+
+def takt(*arguments, env=None, timeout=300):
+    return subprocess.run([str(TAKT), *map(str, arguments)], capture_output=True, text=True, timeout=timeout, cwd=ROOT,
+                          env={**os.environ, **(env or {})})
+
+
+class WithFolder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = pathlib.Path(folder.name)
+
+    def write(self, document, name="short.json"):
+        file = self.path / name
+        file.write_text(json.dumps(document))
+        return file
+
+    def good(self, *arguments, status=0, env=None):
+        run = takt(*arguments, env=env)
+        self.assertEqual(run.returncode, status, run.stdout + run.stderr)
+        return run
+
+    def recorded(self, document=None, name="a.mcap", *options):
+        record = self.path / name
+        run = self.good("run", self.write(document or SHORT), "--record", record, "--json", *options)
+        return record, json.loads(run.stdout)
+
+
+class Log(WithFolder):
+    def test_a_run_tells_its_story_everywhere_alike(self):
+        record, report = self.recorded()
+        events = json.loads(self.good("events", record, "--json").stdout)["events"]
+        self.assertEqual(events, sorted(report["events"], key=lambda one: one["time_s"]))
+        names = {(one["source"], one["name"]) for one in events}
+        for wanted in (("program", "begin"), ("program", "log"), ("contact", "contact"), ("contact", "parted"), ("left arm", "touch")):
+            self.assertIn(wanted, names)
+        text = self.good("events", record, "--level", "info").stdout
+        self.assertIn("touched", text)
+        self.assertIn("[main / touch]", text)
+        self.assertNotIn("begin", text)
+        only = self.good("events", record, "--source", "contact").stdout.splitlines()
+        self.assertTrue(only and all(" contact " in line for line in only))
+
+    def test_stderr_tells_as_much_as_is_asked_for(self):
+        file = self.write(SHORT)
+        self.assertIn("touched", self.good("run", file).stderr)
+        self.assertIn("above", self.good("run", file, "--log", "debug").stderr)
+        self.assertEqual(self.good("run", file, "--log", "none").stderr, "")
+        self.assertIn("[unknown-name]", self.good("run", file, "--log", "loud", status=2).stderr)
+        self.assertIn("[unknown-name]", self.good("events", file, "--level", "loud", status=2).stderr)
+
+    def test_a_fault_is_told_with_joint_and_contact(self):
+        ram = json.loads(json.dumps(SHORT))
+        ram["program"]["steps"][2] = {"do": "lin", "name": "ram", "to": {"by_m": [0, 0, -0.08]}, "velocity_m_s": 0.2,
+                                      "until": {"sensor": "wrist", "above_N": 5000}, "on_end": "continue"}
+        ram["expectations"] = []
+        run = self.good("run", self.write(ram), status=3)
+        fault = next(line for line in run.stderr.splitlines() if "error: left arm fault" in line)
+        self.assertRegex(fault, r"joint \w+ .*'probe/\w+' pressed 'block' with \d+\.\d N at \d+\.\d+ s.*\[main / ram\]")
+
+
+class Alone(WithFolder):
+    def test_a_recording_needs_nothing_else(self):
+        """Models of its own, in a folder that is gone afterwards, on a machine that has no models at all."""
+        models = self.path / "models"
+        shutil.copytree(ROOT / "models/lwr4plus", models / "my_arm")
+        (models / "my_arm/lwr4plus.urdf").rename(models / "my_arm/my_arm.urdf")
+        device = json.loads((models / "my_arm/device.json").read_text())
+        device.update({"name": "my_arm", "urdf": "my_arm.urdf"})
+        (models / "my_arm/device.json").write_text(json.dumps(device))
+        own = json.loads(json.dumps(SHORT))
+        own["devices"]["left arm"]["model"] = "my_arm"
+        a, _ = self.recorded(own, "a.mcap")
+        b, _ = self.recorded(own, "b.mcap", "--set", "/program/steps/0/speed=0.6")
+        shutil.rmtree(models)
+        empty = {"TAKT_ROOT": str(self.path)}
+        film = self.path / "film.mp4"
+        self.good("render", a, "--video", film, "--size", "160x120", "--fps", 5, env=empty)
+        self.assertGreater(film.stat().st_size, 1000)
+        difference = json.loads(self.good("compare", a, b, "--json", status=1, env=empty).stdout)["first_difference"]
+        self.assertTrue(difference["bit"], "both were run again with the models that they carry")
+
+    def test_topics_have_no_blanks(self):
+        record, _ = self.recorded()
+        self.good("export", record, "--csv", self.path / "tables")
+        self.assertTrue((self.path / "tables/left_arm_joint_states.csv").exists())
+
+
+class Tables(WithFolder):
+    def test_csv_has_what_the_recording_has(self):
+        record, report = self.recorded()
+        folder = self.path / "tables"
+        products = json.loads(self.good("export", record, "--csv", folder, "--json").stdout)["products"]
+        self.assertEqual(sorted(products), sorted(str(file) for file in folder.iterdir()))
+        with open(folder / "left_arm_set_point.csv", newline="") as file:
+            rows = list(csv.reader(file))
+        self.assertEqual(len(rows), report["cycles"] + 1)
+        self.assertEqual(rows[0][0], "time_s")
+        self.assertTrue(all("[rad" in cell for cell in rows[0][1:]), rows[0])
+        with open(folder / "left_arm_status.csv", newline="") as file:
+            status = list(csv.DictReader(file))
+        self.assertEqual({row["phase.name"] for row in status} - {"", "following", "frozen", "not ready"}, set())
+        self.assertIn("following", {row["phase.name"] for row in status})
+        with open(folder / "program.csv", newline="") as file:
+            self.assertIn("main / touch", {row["step"] for row in csv.DictReader(file)})
+
+    def test_a_trajectory_in_the_tum_format(self):
+        record, _ = self.recorded()
+        out = self.path / "flange.txt"
+        self.good("export", record, "--tum", out, "--frame", "left arm/flange")
+        for line in out.read_text().splitlines():
+            numbers = [float(number) for number in line.split(" ")]
+            self.assertEqual(len(numbers), 8)
+            self.assertAlmostEqual(sum(q * q for q in numbers[4:]), 1.0, places=9)
+        wrong = self.good("export", record, "--tum", out, "--frame", "left arm/flnge", status=2).stderr
+        self.assertRegex(wrong, r"left arm/flange.*\[unknown-name\]")
+
+    def test_bad_questions(self):
+        record, _ = self.recorded()
+        self.assertIn("[missing]", self.good("export", record, status=2).stderr)
+        self.assertIn("[requires]", self.good("export", record, "--frame", "x", status=2).stderr)
+        self.assertIn("[unknown-name]", self.good("export", record, "--csv", self.path / "t", "--topic", "/none", status=2).stderr)
+        self.assertIn("[file-not-writable]", self.good("export", record, "--csv", record / "t", status=2).stderr)
+
+
+class Recovery(WithFolder):
+    def test_a_cut_recording_becomes_whole(self):
+        record, _ = self.recorded()
+        cut, whole = self.path / "cut.mcap", self.path / "whole.mcap"
+        data = record.read_bytes()
+        cut.write_bytes(data[:len(data) * 2 // 3])
+        answer = json.loads(self.good("recover", cut, whole, "--json").stdout)
+        self.assertGreater(answer["messages"], 1000)
+        self.assertTrue(answer["lost"])
+        compared = json.loads(self.good("compare", cut, whole, "--json").stdout)
+        self.assertTrue(compared["identical"])
+        self.good("events", whole)
+        self.assertIn("[file-not-writable]", self.good("recover", cut, cut, status=2).stderr)
+        self.assertIn("[syntax]", self.good("recover", self.write(SHORT), whole, status=2).stderr)
+
+
+class Golden(WithFolder):
+    def blessed(self):
+        pick = json.loads((ROOT / "scenarios/pick.json").read_text())
+        pick["expectations"] = []
+        pick["golden"] = {"tolerances": [{"topic": "/*/gripper", "column": "force", "kind": "report_only"}]}
+        file = self.write(pick, "pick.json")
+        self.good("bless", file, "--reason", "a test")
+        self.good("verify", file)
+        return file, pick
+
+    def outside(self, file):
+        """Topics of the golden that a run leaves."""
+        run = takt("verify", file, "--json")
+        self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+        columns = json.loads(run.stdout)["scenarios"][0]["golden"]["columns"]
+        return {one["topic"] for one in columns if not one["passed"]}
+
+    def test_a_run_that_is_perturbed_leaves_its_golden(self):
+        file, pick = self.blessed()
+        golden = json.loads((self.path / "pick.golden.json").read_text())
+        topics = {column["topic"] for column in golden["columns"]}
+        self.assertNotIn(("/gripper/gripper", "force"), {(one["topic"], one["column"]) for one in golden["columns"]})
+        self.assertTrue({"/gripper/gripper", "/signals", "/objects", "/arm/set_point"} <= topics, topics)
+
+        def changed(change):
+            document = json.loads(json.dumps(pick))
+            change(document, {one["name"]: one for one in document["program"]["steps"]})
+            self.write(document, "pick.json")
+            return self.outside(file)
+
+        self.assertIn("/objects", changed(lambda all, _: all["objects"]["part"].update(vary={"position_m": [0.003, 0, 0]})))
+        self.assertIn("/gripper/gripper", changed(lambda _, step: step["grip"].update(speed_m_s=0.08)))
+        self.assertIn("/signals", changed(lambda _, step: step["lamp on"].update(value=False)))
+        self.assertIn("/arm/set_point", changed(lambda _, step: step["lift"].update(speed=0.3)))
+        self.assertIn("/program", changed(lambda all, _: all["program"]["steps"].insert(3, {"do": "wait", "seconds": 0.1})))
+
+
+class Verify(WithFolder):
+    def test_junit_has_a_case_for_each_expectation(self):
+        failing = json.loads(json.dumps(SHORT))
+        failing["expectations"][1]["at_most"] = 1
+        files = self.write(SHORT, "a.json"), self.write(failing, "b.json"), self.write({"title": "nothing"}, "c.json")
+        out = self.path / "junit.xml"
+        self.good("verify", *files, "--junit", out, status=2)
+        suites = {suite.get("name"): suite for suite in xml.etree.ElementTree.parse(out).getroot()}
+        a, b, c = (suites[str(file)] for file in files)
+        self.assertEqual((a.get("tests"), a.get("failures"), a.get("errors")), ("3", "0", "0"))
+        self.assertEqual((b.get("failures"), b.get("errors")), ("1", "0"))
+        self.assertEqual(next(case.get("name") for case in b if case.find("failure") is not None), "soft")
+        self.assertEqual(c.get("errors"), "1")
+
+    def test_interruptions_are_tried_at_every_nth_cycle(self):
+        file = self.write(SHORT)
+        run = json.loads(self.good("verify", file, "--cancel-every", 400, "--abort-every", 800, "--json").stdout)
+        tries = run["scenarios"][0]["interruptions"]
+        cycles = run["scenarios"][0]["run"]["cycles"]
+        self.assertTrue(tries["held"])
+        self.assertAlmostEqual(tries["cancels"], cycles / 400, delta=2)
+        self.assertAlmostEqual(tries["aborts"], cycles / 800, delta=2)
+        self.assertEqual((tries["pauses"], tries["failures"]), (0, []))
+        self.assertIn("interruptions", self.good("verify", file, "--pause-every", 1500).stdout)
+
+
+class New(WithFolder):
+    def test_a_new_scenario_validates_and_passes_at_once(self):
+        for arm in ("lwr4plus", "ur5", "tx90"):
+            made = json.loads(self.good("new", "scenario", f"first-{arm}", "--arm", arm, "--out", self.path, "--json").stdout)
+            self.assertEqual(takt("validate", made["file"]).stderr, "", arm)
+            report = json.loads(self.good("run", made["file"], "--json").stdout)
+            self.assertEqual(report["result"], "passed", report["expectations"])
+        self.assertIn("[file-not-writable]", self.good("new", "scenario", "first-ur5", "--out", self.path, status=2).stderr)
+        self.assertIn("[invalid-name]", self.good("new", "scenario", "a/b", "--out", self.path, status=2).stderr)
+        self.assertRegex(self.good("new", "scenario", "c", "--arm", "ur6", "--out", self.path, status=2).stderr, "ur5.*unknown-name")
+        self.assertIn("[missing]", self.good("new", "robot", "c", "--out", self.path, status=2).stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
