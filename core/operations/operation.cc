@@ -24,6 +24,7 @@ namespace takt::activity {
   add(jog) \
   add(lin) \
   add(motions) \
+  add(move) \
   add(net) \
   add(press) \
   add(ptp) \
