@@ -8,6 +8,7 @@ pkg_check_modules(urdfdom REQUIRED IMPORTED_TARGET urdfdom)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 # No targets: the flags of fcl ask for C++11.
 pkg_check_modules(fcl REQUIRED fcl)
+pkg_check_modules(ompl REQUIRED ompl)
 pkg_check_modules(qhull_r REQUIRED qhull_r)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 find_package(Protobuf REQUIRED)

@@ -18,7 +18,7 @@ import unnamed
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 # A layer may include its own folder and those listed; docs/architecture.md draws the same picture.
-CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/collision",
+CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/collision", "core/planning",
         "core/device", "core/primitives", "core/rcc", "core/expression", "core/command", "core/command/actions",
         "core/activity", "core/operations", "core/program/language", "core/program/tree"]
 
@@ -36,6 +36,7 @@ MAY_INCLUDE = {
     "core/motion": ["core/base", "core/kinematics"],
     "core/world": ["core/base"],
     "core/collision": ["core/base", "core/kinematics", "core/world"],
+    "core/planning": ["core/base", "core/kinematics", "core/motion", "core/world", "core/collision"],
     "core/device": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world"],
     "core/emulation": ["core/base", "core/net", "core/kinematics", "core/motion", "core/device"],
     "core/primitives": ["core/base", "core/net", "core/kinematics", "core/motion", "core/world", "core/collision", "core/device"],

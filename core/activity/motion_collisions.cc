@@ -154,6 +154,16 @@ std::vector<ArmTrack> tracks_of(const command::PlannedMotion& motion, const comm
   return tracks;
 }
 
+Situation situation_before(const PlanningContext& planning) {
+  command::Places places;
+  for (const auto& [name, arm] : planning.cell.arms) {
+    const auto own = planning.predecessors.find(name);
+    const bool ends = own != planning.predecessors.end() && own->second.at_end.q;
+    places[name] = ends ? *own->second.at_end.q : arm.set_point().size() > 0 ? arm.set_point() : arm.start;
+  }
+  return believed_situation(planning.cell, places, command::measured_widths(planning.cell));
+}
+
 double width_around(const CellShapes& shapes, const Situation& situation, const std::string& gripper,
                     const std::string& object, double widest) {
   const auto fingers = shapes.grippers.find(gripper);

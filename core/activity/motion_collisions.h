@@ -43,6 +43,10 @@ struct CheckedMotion {
 [[nodiscard]] std::vector<ArmTrack> tracks_of(const command::PlannedMotion& motion,
                                               const command::ActuatorModel& actuator, const command::Cell& cell);
 
+/// The cell as it is believed to be when an activity begins: its arms where what runs on them ends, all others where
+/// they are now. The cell has shapes.
+[[nodiscard]] collision::Situation situation_before(const PlanningContext& planning);
+
 /// How far apart the fingers of a gripper stand when they have closed on an object, m: 0 if it is not between them.
 [[nodiscard]] double width_around(const collision::CellShapes& shapes, const collision::Situation& situation,
                                   const std::string& gripper, const std::string& object, double widest);

@@ -65,6 +65,25 @@ double BodyPair::distance(const Poses& poses, double enough, Effort effort) {
   return best;
 }
 
+double BodyPair::bound(const Poses& poses, double enough) const {
+  const Eigen::Isometry3d X_AB = between(poses);
+  const double whole = bound_of(*body_a_, *body_b_, X_AB);
+  if (whole > enough) return whole;
+  double least = std::numeric_limits<double>::infinity();
+  std::size_t at = 0;
+  for (const Part& part_a : body_a_->parts) {
+    const Eigen::Isometry3d X_SB = part_a.X_BS.inverse() * X_AB;
+    for (const Part& part_b : body_b_->parts) {
+      const Eigen::Vector3d& axis = axes_[at++];
+      const Eigen::Isometry3d X_ST = X_SB * part_b.X_BS;
+      double apart = bound_of(part_a.solid, part_b.solid, X_ST);
+      if (apart <= enough) apart = std::max(apart, gap_along(part_a.solid, part_b.solid, X_ST, axis));
+      least = std::min(least, apart);
+    }
+  }
+  return std::max(whole, least);
+}
+
 double NearestPair::distance(const Poses& poses) {
   double best = std::numeric_limits<double>::infinity();
   if (!pairs_.empty()) best = pairs_[nearest_].distance(poses, best, Effort::kCyclic);

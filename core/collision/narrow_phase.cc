@@ -115,7 +115,10 @@ Separation separation(const Convex& a, const Convex& b, const Eigen::Isometry3d&
   }
   constexpr int kFewSteps = 4;  // they cost a fifth of what the library does
   best = climbed(a, b, X_AB, best, enough, kFewSteps);
-  if (best.distance > enough) return best;
+  if (best.distance > enough || effort == Effort::kBound) {
+    best.distance = std::max(best.distance, 0.0);
+    return best;
+  }
   // The quicker solver is wrong in one case of a thousand; where the shapes do not confirm it the other one is asked,
   // which allocates, or in a cycle the shapes themselves.
   for (const fcl::GJKSolverType solver : {fcl::GST_INDEP, fcl::GST_LIBCCD}) {

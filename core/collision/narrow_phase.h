@@ -24,6 +24,7 @@ struct Separation {
 /// How much a distance may cost.
 enum class Effort {
   kThorough,  ///< until the shapes confirm what the library says
+  kBound,     ///< from the shapes alone, within a microsecond: good where the hint is
   kCyclic,    ///< bounded, without allocation: in rare cases the distance is too small
 };
 

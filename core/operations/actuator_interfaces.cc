@@ -9,12 +9,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/activity/dual_entry_motion.h"
 #include "core/activity/mode_change.h"
 #include "core/command/actions/freedrive_action.h"
 #include "core/expression/tool_settings.h"
 #include "core/motion/goal_choice.h"
 #include "core/operations/held_part.h"
 #include "core/operations/operation_activity.h"
+#include "core/operations/requested_motion.h"
 
 namespace takt::activity {
 namespace {
@@ -45,6 +47,23 @@ Activity make_motion(Runtime& runtime, PathKind kind, const std::string& label, 
   return {runtime,
           motion_activity(label, arm, std::move(leg), options_of(*accepted, runtime.cell(), runtime.biases()))};
 }
+
+/// A `move` of a program: what must not hold and did makes its run fail.
+class MoveActivity final : public ActivityModel {
+ public:
+  explicit MoveActivity(std::shared_ptr<const RequestedMotion> motion)
+      : ActivityModel(motion->name()), motion_(std::move(motion)) {}
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return motion_->actuators(); }
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
+    auto planned = motion_->prepare(planning);
+    if (planned) planned->verdict = [](const ActivityRun& run) { return abort_diagnostics(run, 1); };
+    return planned;
+  }
+
+ private:
+  std::shared_ptr<const RequestedMotion> motion_;
+};
 
 template <class... Interfaces>
 std::vector<InterfaceOffer> offers_of() {
@@ -110,6 +129,27 @@ Activity PtpInterface::spline(const std::vector<JointVector>& points, const Moti
   return make_motion(
       runtime(), PathKind::kSpline, "spline", actuator(),
       [points](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, points); }, parameters);
+}
+
+Activity PtpInterface::move(const JointVector& q_goal, const MotionParameters& parameters,
+                            const AvoidanceParameters& avoidance) const {
+  return move(Goal{Goal::Joints{q_goal}}, parameters, avoidance);
+}
+
+Activity PtpInterface::move(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters,
+                            const AvoidanceParameters& avoidance) const {
+  return move(Goal{Goal::Pose{.in = actuator(), .X = X_BT}}, parameters, avoidance);
+}
+
+Activity PtpInterface::move(Goal goal, const MotionParameters& parameters, const AvoidanceParameters& avoidance) const {
+  MotionTask task{parameters};
+  task.arm = actuator();
+  task.name = actuator() + " move";
+  task.goal = std::move(goal);
+  task.avoidance = avoidance;
+  const auto accepted = motion_parameters(PathKind::kMove).accept(std::move(task), runtime().cell());
+  if (!accepted) return make(refused_activity(actuator() + " move", actuator(), accepted.error()));
+  return make(std::make_shared<const MoveActivity>(requested_motion({*accepted}, runtime().biases())));
 }
 
 Activity LinInterface::lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {

@@ -56,6 +56,16 @@ class PtpInterface : public ActuatorInterface {
   [[nodiscard]] Activity ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {}) const;
   [[nodiscard]] Activity spline(const std::vector<kinematics::JointVector>& points,
                                 const MotionParameters& parameters = {}) const;
+  /// On a path around what is in the way (docs/planning.md), which is looked for right before it begins.
+  [[nodiscard]] Activity move(const kinematics::JointVector& q_goal, const MotionParameters& parameters = {},
+                              const AvoidanceParameters& avoidance = {}) const;
+  /// To any configuration that has this pose.
+  [[nodiscard]] Activity move(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {},
+                              const AvoidanceParameters& avoidance = {}) const;
+
+ private:
+  [[nodiscard]] Activity move(Goal goal, const MotionParameters& parameters,
+                              const AvoidanceParameters& avoidance) const;
 };
 
 /// Motions of the tool, of arms with inverse kinematics.

@@ -20,16 +20,6 @@ bool is_checked(const Rehearsal& rehearsal) {
   return rehearsal.cell.shapes != nullptr && rehearsal.cell.shapes->off.empty();
 }
 
-/// A part that a gripper without a named one has moved may be any like it: once it is let go nobody knows where it is.
-Situation situation_of(const Rehearsal& rehearsal) {
-  Situation situation = believed_situation(rehearsal.cell, rehearsal.q, rehearsal.collisions.widths);
-  for (const std::string& object : rehearsal.one_of_many) {
-    const int body = rehearsal.cell.shapes->scene.root_of(object);
-    if (body >= 0 && !rehearsal.cell.is_held(object)) situation.unknown.insert(body);
-  }
-  return situation;
-}
-
 /// @param time  s after the motion begins
 FoundCollision found_in(const CheckedMotion& motion, const CellShapes& shapes, const collision::State& before,
                         const collision::Hit& hit, double time) {
@@ -258,6 +248,16 @@ void add_compliant(const Rehearsal& rehearsal, CheckedMotion& motion) {
 }
 
 }  // namespace
+
+/// A part that a gripper without a named one has moved may be any like it: once it is let go nobody knows where it is.
+Situation situation_of(const Rehearsal& rehearsal) {
+  Situation situation = believed_situation(rehearsal.cell, rehearsal.q, rehearsal.collisions.widths);
+  for (const std::string& object : rehearsal.one_of_many) {
+    const int body = rehearsal.cell.shapes->scene.root_of(object);
+    if (body >= 0 && !rehearsal.cell.is_held(object)) situation.unknown.insert(body);
+  }
+  return situation;
+}
 
 void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
   if (!is_checked(rehearsal)) return;

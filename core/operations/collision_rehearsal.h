@@ -38,6 +38,9 @@ struct CollisionRecord {
   std::vector<FoundCollision>* found = nullptr;  ///< who wants to see the collisions; null: nobody
 };
 
+/// The cell as the rehearsal believes it to be now. The cell has shapes.
+[[nodiscard]] collision::Situation situation_of(const Rehearsal& rehearsal);
+
 /// Bodies that overlap before anything moves.
 void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics);
 

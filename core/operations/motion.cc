@@ -180,6 +180,19 @@ void check_follower(MotionTask& request, const ReadContext& from) {
                       "one arm, or a plain motion");
 }
 
+void add_avoidance(Table& table) {
+  table
+      .number(
+          "clearance_m", "m", [](MotionTask & p) -> auto& { return p.avoidance.clearance; }, {.low = 5e-4, .high = 0.1},
+          "Distance kept beyond the margin of the cell, where start and goal allow it.")
+      .integer(
+          "seed", [](MotionTask & p) -> auto& { return p.avoidance.seed; }, {.low = 0, .high = 1e9},
+          "Of all that is random in the search: the same seed finds the same path.")
+      .number(
+          "effort", "", [](MotionTask & p) -> auto& { return p.avoidance.effort; }, {.low = 0.01, .high = 100},
+          "How long a path is looked for; 1: 100 000 postures.");
+}
+
 /// What two arms do to each other is felt by their own sensors.
 void check_internal_force(const command::Condition& condition, const command::Cell& cell, const std::string& place,
                           const MotionTask& request, Diagnostics& diagnostics) {
@@ -220,14 +233,15 @@ void check_overlay(MotionTask& request, const ReadContext& from) {
   }
   if (request.weave && request.force_offset)
     reader.diagnostics().error(Code::kConflict, reader.at("force_offset"), "a weave and a force offset", "one of them");
-  const bool moves_joints =
-      request.kind == PathKind::kPtp || (!request.through.empty() && request.through.front().is_joints());
+  const bool moves_joints = request.kind == PathKind::kPtp || request.kind == PathKind::kMove ||
+                            (!request.through.empty() && request.through.front().is_joints());
   if (!moves_joints) return;
-  reader.diagnostics().error(Code::kConflict, reader.at(request.weave ? "weave" : "force_offset"),
-                             fmt::format("C8: {} moves joints, so there is no Cartesian path to {}",
-                                         request.kind == PathKind::kPtp ? "PTP" : "a spline of joints",
-                                         request.weave ? "weave about" : "shift"),
-                             "a Cartesian motion");
+  reader.diagnostics().error(
+      Code::kConflict, reader.at(request.weave ? "weave" : "force_offset"),
+      fmt::format("C8: {} moves joints, so there is no Cartesian path to {}",
+                  request.through.empty() ? (request.kind == PathKind::kMove ? "move" : "PTP") : "a spline of joints",
+                  request.weave ? "weave about" : "shift"),
+      "a Cartesian motion");
 }
 
 // -- How it goes on ------------------------------------------------------------------------------------------------
@@ -266,6 +280,7 @@ void refuse_former_key(MotionTask&, const ReadContext& from) {
 
 Table make_table(PathKind kind) {
   const Range share{.low = 0, .high = 1, .low_open = true};
+  const std::vector<std::pair<std::string, bool>> solutions{{"nearest", false}, {"free", true}};
   const std::vector<std::pair<std::string, bool>> ends{{"fail", true}, {"continue", false}};
   Table table;
   table.name("arm", NameOf::kArm, &MotionTask::arm, "Arm or base that moves.").tool(&MotionTask::tool);
@@ -281,8 +296,12 @@ Table make_table(PathKind kind) {
       .number("acceleration", "", &MotionTask::acceleration, share, "Share of the acceleration and jerk limits.");
   if (kind != PathKind::kPtp)
     table.number("velocity_m_s", "m/s", &MotionTask::linear_velocity, kPositive, "Speed of the tool centre point.");
+  if (kind == PathKind::kMove) add_avoidance(table);
+  if (kind == PathKind::kPtp)
+    table.choice("solution", &MotionTask::free_solution, solutions,
+                 "Of several joint configurations with the pose: the nearest, or the nearest whose path is free.");
   add_follower(table);
-  const bool joints = kind == PathKind::kPtp;
+  const bool joints = kind == PathKind::kPtp || kind == PathKind::kMove;
   table.refused_if(joints || kind == PathKind::kSpline);
   table.compliance(&MotionTask::compliance)
       .part(
@@ -315,7 +334,7 @@ Table make_table(PathKind kind) {
 const ParameterTable<MotionTask>& motion_parameters(PathKind kind) {
   static const std::vector<Table> tables = [] {
     std::vector<Table> all;
-    for (const PathKind one : {PathKind::kPtp, PathKind::kLin, PathKind::kCirc, PathKind::kSpline})
+    for (const PathKind one : {PathKind::kPtp, PathKind::kLin, PathKind::kCirc, PathKind::kSpline, PathKind::kMove})
       all.push_back(make_table(one));
     return all;
   }();
@@ -325,7 +344,7 @@ const ParameterTable<MotionTask>& motion_parameters(PathKind kind) {
 MotionTask read_motion(PathKind kind, const OperationSource& source) {
   ObjectReader reader(source.json, source.pointer, source.diagnostics);
   MotionTask motion = motion_parameters(kind).read(reader, source.cell);
-  constexpr std::string_view kNames[] = {"ptp", "lin", "circ", "spline"};
+  constexpr std::string_view kNames[] = {"ptp", "lin", "circ", "spline", "move"};
   if (motion.name.empty()) motion.name = kNames[static_cast<std::size_t>(kind)];
   return motion;
 }
@@ -371,6 +390,10 @@ Operation lin_operation() {
 
 Operation circ_operation() {
   return motion_operation<PathKind::kCirc>("circ", "Moves the tool centre point on a circle.");
+}
+
+Operation move_operation() {
+  return motion_operation<PathKind::kMove>("move", "Moves all joints to a goal on a path around what is in the way.");
 }
 
 Operation spline_operation() { return motion_operation<PathKind::kSpline>("spline", "Moves smoothly through points."); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +18,7 @@
 
 namespace takt::activity {
 
-enum class PathKind { kPtp, kLin, kCirc, kSpline };
+enum class PathKind { kPtp, kLin, kCirc, kSpline, kMove };
 
 /// How a planned motion is carried out. Shares are of the limits of the arm. No member is a text: programs write this
 /// between braces inside of co_await expressions, where GCC 12 moves texts bit by bit.
@@ -42,6 +43,13 @@ struct MotionParameters {
   [[nodiscard]] bool has_overlay() const { return weave || force_offset; }
 };
 
+/// How a `move` looks for its path.
+struct AvoidanceParameters {
+  double clearance = 4e-3;  ///< m: kept beyond the margin of the cell, where start and goal allow it
+  std::int64_t seed = 1;    ///< of all that is random: the same seed finds the same path
+  double effort = 1.0;      ///< how long it is looked for; 1: 100 000 postures
+};
+
 /// The same, and where it goes: files say it with the rest, programs by the method that they call.
 struct MotionTask : MotionParameters {
   /// CIRC about an axis in place of a goal.
@@ -60,6 +68,8 @@ struct MotionTask : MotionParameters {
   std::optional<About> about = {};
   motion::ArcOrientation orientation = motion::ArcOrientation::kToGoal;
   std::vector<Goal> through = {};
+  AvoidanceParameters avoidance = {};   ///< move
+  bool free_solution = false;           ///< PTP: to the nearest configuration whose path is free
   std::optional<Goal> base_goal = {};   ///< LIN: where the base that carries the arm drives meanwhile
   std::string name = {}, pointer = {};  ///< for people; in its file
 };
@@ -76,11 +86,12 @@ struct MotionTask : MotionParameters {
 /// Reads one. Diagnostics: all that is wrong with its form.
 [[nodiscard]] MotionTask read_motion(PathKind kind, const OperationSource& source);
 
-/// The operations ptp, lin, circ and spline.
+/// The operations ptp, lin, circ, spline and move.
 [[nodiscard]] Operation ptp_operation();
 [[nodiscard]] Operation lin_operation();
 [[nodiscard]] Operation circ_operation();
 [[nodiscard]] Operation spline_operation();
+[[nodiscard]] Operation move_operation();
 /// Several of them, blended into one motion, as a command of a transaction.
 [[nodiscard]] Operation motions_operation();
 

@@ -36,6 +36,8 @@ const char* name_of(PathKind kind) {
       return "LIN";
     case PathKind::kCirc:
       return "CIRC";
+    case PathKind::kMove:
+      return "move";
     default:
       return "spline";
   }
@@ -194,7 +196,7 @@ class MotionCommand final : public OperationCommand {
   [[nodiscard]] command::Action motion_alone(const BuildContext& making) const {
     return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
       const command::Cell cell = cell_at(making.cell, q_start);
-      auto plan = plan_motions(requests, cell, q_start.at(arm()));
+      auto plan = plan_motions(requests, cell, q_start.at(arm()), surroundings_at(cell, q_start));
       if (!plan) return Planned(placed(plan.error()));
       making.notes.append(plan->notes);
       command::PlannedMotion motion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
@@ -294,7 +296,7 @@ const std::vector<ParameterInfo>& motions_parameter_list() {
   static const std::vector<ParameterInfo> list = [] {
     ParameterInfo steps{
         .key = "steps", .type = ParameterInfo::Type::kObject, .definition = "motion_steps", .required = true};
-    steps.doc = "Planned motions (ptp, lin, circ, spline), each but the last blended into the next.";
+    steps.doc = "Planned motions (ptp, lin, circ, spline, move), each but the last blended into the next.";
     return std::vector{steps, compliance_parameter()};
   }();
   return list;
@@ -302,8 +304,11 @@ const std::vector<ParameterInfo>& motions_parameter_list() {
 
 std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
   const auto& [json, pointer, cell, diagnostics] = source;
-  static constexpr std::pair<const char*, PathKind> kKinds[] = {
-      {"ptp", PathKind::kPtp}, {"lin", PathKind::kLin}, {"circ", PathKind::kCirc}, {"spline", PathKind::kSpline}};
+  static constexpr std::pair<const char*, PathKind> kKinds[] = {{"ptp", PathKind::kPtp},
+                                                                {"lin", PathKind::kLin},
+                                                                {"circ", PathKind::kCirc},
+                                                                {"spline", PathKind::kSpline},
+                                                                {"move", PathKind::kMove}};
   ObjectReader reader(json, pointer, diagnostics);
   (void)reader.text("do");
   (void)read_name(reader, "");
@@ -316,7 +321,7 @@ std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
       diagnostics.error(Code::kUnknownName, pointer + place + "/do",
-                        fmt::format("{} is not a planned motion", short_dump(word)), "ptp, lin, circ or spline");
+                        fmt::format("{} is not a planned motion", short_dump(word)), "ptp, lin, circ, spline or move");
       continue;
     }
     Json alone = step;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <memory>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -100,7 +101,8 @@ Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell,
 }
 
 Result<JointVector> joints_of(const MotionTask& request, const command::Cell& cell, const JointVector& q,
-                              Diagnostics& notes) {
+                              const Surroundings& surroundings, Diagnostics& notes) {
+  if (request.free_solution) return free_solution(request, cell, q, surroundings);
   Diagnostics own;
   auto joints = goal_joints(request.goal, cell, request.arm, q, own);
   notes.append(own, "/to");
@@ -140,12 +142,13 @@ Result<motion::Leg> through_leg(const MotionTask& request, const command::Cell& 
   return joints.empty() ? motion::spline_leg(arm, q, poses) : motion::spline_leg(arm, q, joints);
 }
 
-Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
+Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+                                const Surroundings& surroundings) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
       Diagnostics ignored;  // of a sequence only the way is told
-      const auto q_goal = joints_of(request, cell, q, ignored);
+      const auto q_goal = joints_of(request, cell, q, surroundings, ignored);
       if (!q_goal) return std::unexpected(q_goal.error());
       return motion::ptp_leg(arm, q, *q_goal);
     }
@@ -156,13 +159,16 @@ Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& 
     }
     case PathKind::kCirc:
       return arc_leg(request, cell, q);
+    case PathKind::kMove:
+      return move_leg(request, cell, q, surroundings);
     default:
       return through_leg(request, cell, q);
   }
 }
 
-Result<motion::Leg> leg_of(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
-  auto leg = geometry_of(request, cell, q);
+Result<motion::Leg> leg_of(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+                           const Surroundings& surroundings) {
+  auto leg = geometry_of(request, cell, q, surroundings);
   if (!leg) return leg;
   leg->velocity = request.velocity;
   leg->acceleration = request.acceleration;
@@ -171,9 +177,21 @@ Result<motion::Leg> leg_of(const MotionTask& request, const command::Cell& cell,
   return leg;
 }
 
+/// Makes the geometry once for each start: a path around obstacles takes long.
+motion::LegMaker remembering(motion::LegMaker make) {
+  struct Made {
+    JointVector q;
+    Result<motion::Leg> leg;
+  };
+  return [make = std::move(make), last = std::make_shared<std::optional<Made>>()](const JointVector& q) {
+    if (!*last || (*last)->q != q) *last = Made{q, make(q)};
+    return (*last)->leg;
+  };
+}
+
 /// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
 Result<motion::Motion> plan_single(const MotionTask& request, const command::Cell& cell, const JointVector& q,
-                                   Diagnostics& notes) {
+                                   const Surroundings& surroundings, Diagnostics& notes) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
   const motion::MotionOptions options{.velocity = request.velocity,
                                       .acceleration = request.acceleration,
@@ -181,7 +199,7 @@ Result<motion::Motion> plan_single(const MotionTask& request, const command::Cel
                                       .X_FM = arm.X_FM,
                                       .load = arm.load};
   if (request.kind == PathKind::kPtp) {
-    const auto q_goal = joints_of(request, cell, q, notes);
+    const auto q_goal = joints_of(request, cell, q, surroundings, notes);
     if (!q_goal) return std::unexpected(q_goal.error());
     return motion::plan_ptp(arm.chain, arm.limits, q, *q_goal, options);
   }
@@ -288,27 +306,31 @@ command::Weaves weaves_of(const std::vector<MotionTask>& requests) {
 }
 
 Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& requests, const command::Cell& cell,
-                                          const JointVector& q) {
+                                          const JointVector& q, const Surroundings& surroundings) {
   const MotionTask& first = requests.front();
+  const Surroundings around = surroundings ? surroundings : surroundings_at(cell, {});
   const bool single = requests.size() == 1 && (first.kind == PathKind::kPtp || first.kind == PathKind::kLin);
   if (single) {
     Diagnostics notes, placed;
-    auto motion = plan_single(first, cell, q, notes);
+    auto motion = plan_single(first, cell, q, around, notes);
     if (!motion) return std::unexpected(as_seen_in_file(motion.error()));
     placed.append(notes, first.pointer);
     return motion::SequencePlan{.motion = std::move(*motion), .notes = std::move(placed), .handed_over = {}};
   }
   const motion::ArmModel arm = command::planning_model(cell.arms.find(first.arm)->second);
-  auto plan = motion::plan_sequence(arm, q, leg_makers(requests, cell));
+  auto plan = motion::plan_sequence(arm, q, leg_makers(requests, cell, around));
   if (!plan) return std::unexpected(of_motions(plan.error(), requests));
   plan->notes = notes_of_motions(plan->notes, requests);
   return plan;
 }
 
-std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests, const command::Cell& cell) {
+std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests, const command::Cell& cell,
+                                         const Surroundings& surroundings) {
+  const Surroundings around = surroundings ? surroundings : surroundings_at(cell, {});
   std::vector<motion::LegMaker> makers;
   for (const MotionTask& request : requests) {
-    makers.push_back([&](const JointVector& q_start) { return leg_of(request, cell, q_start); });
+    makers.push_back(remembering(
+        [&request, &cell, around](const JointVector& q_start) { return leg_of(request, cell, q_start, around); }));
   }
   return makers;
 }
@@ -335,9 +357,9 @@ Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionTask>& reques
 }
 
 Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from, const std::vector<MotionTask>& requests,
-                                               const command::Cell& cell) {
+                                               const command::Cell& cell, const Surroundings& surroundings) {
   const motion::ArmModel arm = command::planning_model(cell.arms.find(requests.front().arm)->second);
-  return motion::plan_take_over(arm, from, leg_makers(requests, cell));
+  return motion::plan_take_over(arm, from, leg_makers(requests, cell, surroundings));
 }
 
 }  // namespace takt::activity

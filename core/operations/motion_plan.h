@@ -6,6 +6,7 @@
 
 #include "core/motion/plan_pair.h"
 #include "core/operations/motion.h"
+#include "core/operations/move_plan.h"
 
 /// From the parameters of motions to plans. Realtime: setup.
 namespace takt::activity {
@@ -37,20 +38,24 @@ namespace takt::activity {
 [[nodiscard]] Diagnostics notes_of_motions(const Diagnostics& notes, const std::vector<MotionTask>& requests);
 
 /// Plans one motion, or several that follow each other and are blended, from q (rad or m) as things are believed to be.
+/// @param surroundings  what a `move` avoids; empty: machines where they are now
 /// @return the plan, or diagnostics with pointers below the step of the first motion; those of a later one are named in
 /// the text. Notes of the plan have the pointers of the file. Realtime: setup.
 [[nodiscard]] Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& requests,
-                                                        const command::Cell& cell, const kinematics::JointVector& q);
+                                                        const command::Cell& cell, const kinematics::JointVector& q,
+                                                        const Surroundings& surroundings = {});
 
 /// Plans the same from a motion of this arm that is being carried out (motion::plan_take_over). @return the plan, or
 /// why it has to wait for the end of that one; pointers are the planner's. Realtime: setup.
 [[nodiscard]] Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from,
                                                              const std::vector<MotionTask>& requests,
-                                                             const command::Cell& cell);
+                                                             const command::Cell& cell,
+                                                             const Surroundings& surroundings = {});
 
-/// Geometry of motions as planners want it. It refers to both.
+/// Geometry of motions as planners want it. It refers to the requests and the cell.
 [[nodiscard]] std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests,
-                                                       const command::Cell& cell);
+                                                       const command::Cell& cell,
+                                                       const Surroundings& surroundings = {});
 
 /// Plans motions of two arms as one: of the leader's tool centre point, from where both stand. Diagnostics as of
 /// plan_motions(), those of the second arm at "/follower". Realtime: setup.

@@ -117,7 +117,9 @@ class MotionStep final : public Step {
     if (last.blends()) note_open_end(rehearsal, diagnostics);
     if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
     rehearsal.touched[last.arm] = last.until.has_value();
-    const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q);
+    const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q, [&rehearsal] {
+      return situation_of(rehearsal);
+    });
     if (!alone) {
       diagnostics.append(alone.error(), pointer);
       return;

@@ -26,6 +26,7 @@ namespace takt::activity {
   add(jog) \
   add(lin) \
   add(motions) \
+  add(move) \
   add(net) \
   add(press) \
   add(ptp) \

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/activity/dual_entry_motion.h"
+#include "core/activity/motion_collisions.h"
 #include "core/activity/pair_motion.h"
 #include "core/expression/condition_state.h"
 
@@ -43,6 +44,9 @@ class Requested : public RequestedMotion {
                    fmt::format("'{}': the end position of the arm is unknown before the run", name()),
                    "a motion after the end of what runs");
   }
+  static Surroundings surroundings(const PlanningContext& planning) {
+    return [&planning] { return situation_before(planning); };
+  }
   static PlanningContext nothing_before(const command::Cell& cell) {
     return {.cell = cell, .period = kMillisecond, .predecessors = {}};
   }
@@ -64,17 +68,18 @@ class OfOneArm final : public Requested {
     if (const Diagnostics mixed = check_offsets(requests()); mixed.has_errors())
       return std::unexpected(of_motions(mixed, requests(), /*named=*/true));
     if (Diagnostics wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
-    auto plan = plan_motions(requests(), planning.cell, *before.at_end.q);
+    auto plan = plan_motions(requests(), planning.cell, *before.at_end.q, surroundings(planning));
     if (!plan) return std::unexpected(std::move(plan.error()));
     // What is laid over the first motion begins at rest.
     return prepare(planning, std::move(*plan),
                    requests().front().has_overlay() ? std::nullopt : blended_plan(planning, before));
   }
 
-  [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
+  [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q,
+                                    const Surroundings& surroundings) const override {
     if (const Diagnostics mixed = check_offsets(requests()); mixed.has_errors())
       return std::unexpected(of_motions(mixed, requests(), /*named=*/true));
-    auto plan = plan_motions(requests(), cell, q.find(last().arm)->second);
+    auto plan = plan_motions(requests(), cell, q.find(last().arm)->second, surroundings);
     if (!plan) return std::unexpected(std::move(plan.error()));
     Alone alone{.prepared = {},
                 .notes = plan->notes,
@@ -117,7 +122,7 @@ class OfOneArm final : public Requested {
     const command::MountedArm& arm = planning.cell.arms.find(last().arm)->second;
     const auto from = departure_of(before, arm.X_FT);
     if (!from) return std::nullopt;
-    auto plan = plan_motions_from(*from, requests(), planning.cell);
+    auto plan = plan_motions_from(*from, requests(), planning.cell, surroundings(planning));
     return plan ? std::optional(std::move(*plan)) : std::nullopt;
   }
 };
@@ -145,7 +150,7 @@ class OfTwoArms final : public Requested {
     return prepare(planning, *grasp, std::move(*from_rest), std::move(from_blend));
   }
 
-  [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q) const override {
+  [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q, const Surroundings&) const override {
     const JointVector &q_leader = q.find(last().arm)->second, &q_follower = q.find(last().follower)->second;
     const auto grasp = grasp_at(cell, last().arm, last().follower, q_leader, q_follower);
     if (!grasp) return std::unexpected(grasp.error());

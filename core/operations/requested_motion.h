@@ -25,8 +25,10 @@ class RequestedMotion : public ActivityModel {
     double duration = 0.0;                                               ///< s
   };
   /// @param q  where each of its arms is, rad or m
-  [[nodiscard]] virtual Result<Alone> alone(
-      const command::Cell& cell, const std::map<std::string, kinematics::JointVector, std::less<>>& q) const = 0;
+  /// @param surroundings  what a `move` avoids
+  [[nodiscard]] virtual Result<Alone> alone(const command::Cell& cell,
+                                            const std::map<std::string, kinematics::JointVector, std::less<>>& q,
+                                            const Surroundings& surroundings) const = 0;
 };
 
 /// @param requests  at least one, all of the same arm, or of the same two

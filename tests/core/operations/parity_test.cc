@@ -206,6 +206,35 @@ TEST_F(Parity, MistakesOfMotionsAreTheSame) {
   EXPECT_GE(in_file.list().size(), 3U);
 }
 
+TEST_F(Parity, MovesHaveTheSameParametersAndTheSameMistakes) {
+  const auto in_file = [this](const char* text, Diagnostics& diagnostics) {
+    const Json json = Json::parse(text);
+    const std::string pointer;
+    return read_motion(PathKind::kMove, {json, pointer, cell.cell, diagnostics});
+  };
+  const auto in_cpp = [this](double speed, const AvoidanceParameters& avoidance) {
+    MotionTask task{{.velocity = speed}};
+    task.avoidance = avoidance;
+    return motion_parameters(PathKind::kMove).accept(std::move(task), cell.cell);
+  };
+  Diagnostics good, bad;
+  const MotionTask file =
+      in_file(R"({"do": "move", "to": "home", "speed": 0.5, "clearance_m": 0.01, "seed": 7, "effort": 2})", good);
+  const auto program = in_cpp(0.5, {.clearance = 0.01, .seed = 7, .effort = 2.0});
+  EXPECT_EQ(good.to_string(), "");
+  ASSERT_TRUE(program) << program.error().to_string();
+  EXPECT_EQ(program->arm, file.arm);
+  EXPECT_EQ(program->velocity, file.velocity);
+  EXPECT_EQ(program->avoidance.clearance, file.avoidance.clearance);
+  EXPECT_EQ(program->avoidance.seed, file.avoidance.seed);
+  EXPECT_EQ(program->avoidance.effort, file.avoidance.effort);
+  (void)in_file(R"({"do": "move", "to": "home", "speed": 2, "clearance_m": 0, "seed": -1, "effort": 1000})", bad);
+  const auto refused = in_cpp(2.0, {.clearance = 0.0, .seed = -1, .effort = 1000.0});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(bad.to_string(), refused.error().to_string());
+  EXPECT_EQ(bad.list().size(), 4U);
+}
+
 TEST_F(Parity, AnActuatorPerformsAnyOperation) {
   activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
   const Actuator robot(program, "arm");

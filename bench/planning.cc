@@ -1,0 +1,188 @@
+// Ways around obstacles: `move` in a shelf, between two arms and out of a container, against plain OMPL on the same
+// model. docs/benchmarks.md has the figures. Arguments: number of queries of each kind (100), seconds of the long
+// search (0: none).
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <optional>
+#include <vector>
+
+#include <ompl/base/spaces/RealVectorStateSpace.h>
+#include <ompl/geometric/PathGeometric.h>
+#include <ompl/geometric/SimpleSetup.h>
+#include <ompl/geometric/planners/informedtrees/BITstar.h>
+#include <ompl/geometric/planners/rrt/RRTConnect.h>
+#include <ompl/util/Console.h>
+#include <ompl/util/RandomNumbers.h>
+
+#include "core/planning/rounded_path.h"
+#include "tests/support/planning_cells.h"
+
+namespace takt {
+namespace {
+
+namespace ob = ompl::base;
+namespace og = ompl::geometric;
+using test::PlanningCell;
+
+/// Of this process, which has one thread: others on the machine do not disturb it. s
+double processor_time() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+struct Outcome {
+  bool solved = false;
+  double seconds = 0.0;
+  double length = 0.0;  ///< s, as core/planning measures it
+  bool free = true;     ///< all of it, as proven by takt
+};
+
+struct Figures {
+  std::vector<Outcome> outcomes;
+
+  [[nodiscard]] double percentile(double share) const {
+    std::vector<double> seconds;
+    for (const Outcome& one : outcomes) seconds.push_back(one.seconds);
+    std::ranges::sort(seconds);
+    return seconds[std::min(seconds.size() - 1, static_cast<std::size_t>(share * static_cast<double>(seconds.size())))];
+  }
+  [[nodiscard]] long count(auto holds) const { return std::ranges::count_if(outcomes, holds); }
+  void print(const char* name) const {
+    double length = 0.0;
+    for (const Outcome& one : outcomes) length += one.length / static_cast<double>(outcomes.size());
+    std::printf(
+        "  %-14s solved within 1 s %3ld of %zu, collides %3ld; p50 %6.1f ms, p90 %6.1f ms, p99 %6.1f ms; length %.3f "
+        "s\n",
+        name, count([](const Outcome& one) { return one.solved && one.seconds < 1.0; }), outcomes.size(),
+        count([](const Outcome& one) { return one.solved && !one.free; }), 1e3 * percentile(0.5), 1e3 * percentile(0.9),
+        1e3 * percentile(0.99), length);
+  }
+};
+
+Outcome with_takt(const PlanningCell& cell, const PlanningCell::Task& task, std::int64_t looks) {
+  const double begin = processor_time();
+  planning::FreeSpace space = cell.free_space();
+  planning::Query query = cell.query(task);
+  query.looks = looks;
+  Outcome outcome;
+  if (const auto path = find_path(space, query)) {
+    const motion::ArmModel arm{
+        .chain = *cell.arm->chain, .inverse = nullptr, .limits = cell.arm->limits, .cartesian = cell.arm->cartesian};
+    outcome.solved = rounded_path(space, arm, path->points).has_value();
+    outcome.length = path->length;
+  }
+  outcome.seconds = processor_time() - begin;
+  return outcome;
+}
+
+/// OMPL as its users have it: its own samplers, motions checked at its default resolution, its own simplification.
+class PlainOmpl {
+ public:
+  PlainOmpl(const PlanningCell& cell, const PlanningCell::Task& task) : cell_(cell), space_(cell.free_space()) {
+    const auto dimension = static_cast<unsigned>(task.start.size());
+    auto states = std::make_shared<ob::RealVectorStateSpace>(dimension);
+    ob::RealVectorBounds bounds(dimension);
+    for (unsigned j = 0; j < dimension; ++j) {
+      bounds.setLow(j, cell.arm->limits.lower[j] / cell.arm->limits.velocity[j]);
+      bounds.setHigh(j, cell.arm->limits.upper[j] / cell.arm->limits.velocity[j]);
+    }
+    states->setBounds(bounds);
+    setup_ = std::make_unique<og::SimpleSetup>(states);
+    setup_->setStateValidityChecker([this](const ob::State* state) { return space_.is_free(posture(state)); });
+    ob::ScopedState<> start(states), goal(states);
+    for (unsigned j = 0; j < dimension; ++j) {
+      start[j] = task.start[j] / cell.arm->limits.velocity[j];
+      goal[j] = task.goal[j] / cell.arm->limits.velocity[j];
+    }
+    setup_->setStartAndGoalStates(start, goal);
+  }
+
+  Outcome run(double seconds, bool optimal) {
+    const double begin = processor_time();
+    if (optimal) {
+      setup_->setPlanner(std::make_shared<og::BITstar>(setup_->getSpaceInformation()));
+    } else {
+      setup_->setPlanner(std::make_shared<og::RRTConnect>(setup_->getSpaceInformation()));
+    }
+    Outcome outcome;
+    outcome.solved = setup_->solve(seconds) == ob::PlannerStatus::EXACT_SOLUTION;
+    if (outcome.solved) setup_->simplifySolution(1.0);
+    outcome.seconds = processor_time() - begin;
+    if (!outcome.solved) return outcome;
+    std::vector<kinematics::JointVector> points;
+    for (const ob::State* state : setup_->getSolutionPath().getStates()) points.push_back(posture(state));
+    outcome.length = planning::length_of(points, cell_.arm->limits.velocity);
+    space_.relax();
+    for (std::size_t i = 0; i + 1 < points.size(); ++i)
+      outcome.free = outcome.free && space_.is_free_line(points[i], points[i + 1]);
+    return outcome;
+  }
+
+ private:
+  [[nodiscard]] kinematics::JointVector posture(const ob::State* state) const {
+    kinematics::JointVector q = cell_.arm->limits.velocity;
+    for (Eigen::Index j = 0; j < q.size(); ++j) q[j] *= state->as<ob::RealVectorStateSpace::StateType>()->values[j];
+    return q;
+  }
+
+  const PlanningCell& cell_;
+  planning::FreeSpace space_;
+  std::unique_ptr<og::SimpleSetup> setup_;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+void print_ratios(const char* name, std::vector<double> ratios) {
+  const double worst = ratios.empty() ? 0.0 : *std::ranges::max_element(ratios);
+  const auto within = std::ranges::count_if(ratios, [](double ratio) { return ratio <= 1.3; });
+  std::printf("  %-14s length against the best: p50 %.2f, worst %.2f, within 1.3: %ld of %zu\n", name, median(ratios),
+              worst, within, ratios.size());
+}
+
+void measure(const char* name, PlanningCell::Kind kind, int queries, double long_search) {
+  PlanningCell cell(kind);
+  Random random(17, name);
+  Figures own, plain;
+  std::vector<double> own_ratios, plain_ratios;
+  for (int i = 0; i < queries; ++i) {
+    const PlanningCell::Task task = cell.draw(random);
+    const Outcome ours = with_takt(cell, task, planning::Query().looks);
+    const Outcome theirs = PlainOmpl(cell, task).run(1.0, false);
+    own.outcomes.push_back(ours);
+    plain.outcomes.push_back(theirs);
+    if (long_search <= 0.0 || !ours.solved) continue;
+    double best = ours.length;
+    for (const bool optimal : {true, false}) {
+      const Outcome longest = PlainOmpl(cell, task).run(0.5 * long_search, optimal);
+      if (longest.solved && longest.free) best = std::min(best, longest.length);
+    }
+    if (theirs.solved && theirs.free) {
+      best = std::min(best, theirs.length);
+      plain_ratios.push_back(theirs.length / best);
+    }
+    own_ratios.push_back(ours.length / best);
+  }
+  std::printf("%s\n", name);
+  own.print("takt");
+  plain.print("plain OMPL");
+  if (long_search > 0.0) print_ratios("takt", own_ratios);
+  if (long_search > 0.0) print_ratios("plain OMPL", plain_ratios);
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace takt
+
+int main(int argc, char** argv) {
+  ompl::msg::noOutputHandler();
+  ompl::RNG::setSeed(1);
+  const int queries = argc > 1 ? std::atoi(argv[1]) : 100;
+  const double long_search = argc > 2 ? std::atof(argv[2]) : 0.0;
+  using Kind = takt::test::PlanningCell::Kind;
+  takt::measure("in a shelf", Kind::kShelf, queries, long_search);
+  takt::measure("between two arms", Kind::kTwoArms, queries, long_search);
+  takt::measure("out of a container", Kind::kContainer, queries, long_search);
+}

@@ -1,0 +1,125 @@
+// The operation `move`: ways around obstacles, in files (docs/planning.md). Whether a path is free is judged by the
+// rehearsal's check of the timed motion, which knows nothing of the search.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scenario/session.h"
+#include "tests/scenario/described.h"
+#include "tests/support/reports.h"
+#include "tests/support/scenario_names.h"
+
+namespace takt::scenario::move_test {
+namespace {
+
+using takt::test::Reports;
+using takt::test::ReportsAnywhere;
+using test::models;
+using test::parsed;
+using ::testing::Not;
+
+/// What its rehearsal says.
+Diagnostics rehearsed(const std::string& text) {
+  auto session = Session::create(parsed(text), models());
+  return session ? (*session)->warnings() : session.error();
+}
+
+/// An LWR with a gripper, a table, and a post that a turn of the first joint drives it into.
+std::string cell_with(const std::string& steps, const std::string& objects = "") {
+  return fmt::format(R"({{"devices": {{
+      "arm": {{"model": "lwr4plus", "at": {{"in": "world"}}}},
+      "gripper": {{"model": "wsg50", "on": "arm"}}}}, "objects": {{
+      "table": {{"shape": "box", "size_m": [0.8, 1.4, 0.05], "at": {{"in": "world", "position_m": [0.7, 0, -0.1]}}}},
+      "post": {{"shape": "box", "size_m": [0.05, 0.05, 1.2],
+                "at": {{"in": "world", "position_m": [0.4, 0.4, 0.53]}}}}{}}},
+      "program": {{"do": "sequence", "steps": [{}]}}}})",
+                     objects, steps);
+}
+
+const std::string kRight = R"({"do": "ptp", "name": "right", "to": {"joints_deg": [0, -30, 0, 90, 0, -60, 0]}}, )";
+std::string to_the_left(const std::string& word, const std::string& more = "") {
+  return fmt::format(R"({{"do": "{}", "name": "left", "to": {{"joints_deg": [90, -30, 0, 90, 0, -60, 0]}}{}}})", word,
+                     more);
+}
+
+TEST(Move, GoesAroundWhatAPtpIsDrivenInto) {
+  EXPECT_THAT(rehearsed(cell_with(kRight + to_the_left("ptp"))),
+              Reports(Code::kCollision, "/program/steps/1", {"post", "left"}));
+  EXPECT_THAT(rehearsed(cell_with(kRight + to_the_left("move"))), Not(ReportsAnywhere(Code::kCollision)));
+  EXPECT_THAT(rehearsed(cell_with(kRight + to_the_left("move", R"(, "seed": 7, "clearance_m": 0.02)"))),
+              Not(ReportsAnywhere(Code::kCollision)));
+}
+
+TEST(Move, IsBlendedWithItsNeighbours) {
+  const std::string up = R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02}, )";
+  const std::string down = R"(, {"do": "lin", "name": "down", "to": {"by_m": [0, 0, -0.1]}})";
+  const Diagnostics said = rehearsed(cell_with(kRight + up + to_the_left("move", R"(, "blend_m": 0.02)") + down));
+  EXPECT_THAT(said, Not(ReportsAnywhere(Code::kCollision)));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
+TEST(Move, TakesAHeldPartAround) {
+  const std::string bar = R"(, "bar": {"shape": "box", "size_m": [0.04, 0.4, 0.04], "fixed": false, "mass_kg": 0.4,
+      "at": {"in": "world", "position_m": [0.55, -0.1, -0.055]}})";
+  const std::string take =
+      R"({"do": "ptp", "to": {"in": "bar", "position_m": [0, 0, 0.15], "rpy_deg": [0, 180, 0]}},
+         {"do": "lin", "to": {"in": "bar", "position_m": [0, 0, 0.01]}},
+         {"do": "grip", "part": "bar", "part_mass_kg": 0.4}, {"do": "lin", "to": {"by_m": [0, 0, 0.25]}}, )";
+  const auto over = [](const char* word) {
+    return fmt::format(R"({{"do": "{}", "name": "over", "to": {{"in": "world", "position_m": [-0.1, 0.5, 0.3],
+                                                             "rpy_deg": [0, 180, 0]}}}})",
+                       word);
+  };
+  EXPECT_THAT(rehearsed(cell_with(take + over("ptp"), bar)), ReportsAnywhere(Code::kCollision));
+  const Diagnostics said = rehearsed(cell_with(take + over("move"), bar));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
+TEST(Move, SaysThatItsGoalCollidesAndWithWhat) {
+  EXPECT_THAT(rehearsed(cell_with(R"({"do": "move", "name": "into", "to": {"in": "post", "position_m": [0, 0, -0.2],
+                                     "rpy_deg": [0, 180, 0]}})")),
+              Reports(Code::kCollision, "/program/steps/0/to", {"post", "mm"}));
+}
+
+TEST(Move, SaysWhatIsInTheWayWhereThereIsNoPath) {
+  // A wall through the axis of the first joint, with a hole for the foot of the arm, which its elbow does not fit
+  // through; the goal is behind it.
+  const std::string wall = R"(, "wall": {"parts": [
+      {"shape": "box", "size_m": [0.02, 2, 3], "position_m": [0, 1.2, 1.45]},
+      {"shape": "box", "size_m": [0.02, 2, 3], "position_m": [0, -1.2, 1.45]},
+      {"shape": "box", "size_m": [0.02, 0.4, 2.4], "position_m": [0, 0, 1.8]}],
+      "at": {"in": "world", "position_m": [0, 0, 0]}})";
+  const Diagnostics said = rehearsed(cell_with(
+      R"({"do": "move", "name": "behind", "effort": 0.1, "to": {"joints_deg": [165, -30, 0, 90, 0, -60, 0]}})", wall));
+  EXPECT_THAT(said, Reports(Code::kPlanningFailed, "/program/steps/0/to", {"wall"}));
+}
+
+TEST(Move, BadParametersAreReportedAllAtOnce) {
+  const Diagnostics said = rehearsed(cell_with(
+      R"({"do": "move", "to": "home", "clearance_m": 0, "seed": -1, "effort": 0, "velocity_m_s": -1, "solution": "free",
+          "weave": {"amplitude_m": 0.01, "frequency_Hz": 1}})"));
+  for (const char* key : {"clearance_m", "seed", "effort", "velocity_m_s"})
+    EXPECT_THAT(said, Reports(Code::kOutOfRange, std::string("/program/steps/0/") + key));
+  EXPECT_THAT(said, Reports(Code::kUnknownKey, "/program/steps/0/solution"));
+  EXPECT_TRUE(said.has_errors());
+}
+
+TEST(Move, IsACommandOfATransaction) {
+  const Diagnostics said = rehearsed(cell_with(kRight + R"({"do": "transaction", "name": "around", "commands": {"go":
+      {"do": "move", "start": true, "to": {"joints_deg": [90, -30, 0, 90, 0, -60, 0]}}}})"));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
+TEST(PtpSolution, FreeIsTheNearestWhosePathIsFree) {
+  const auto go = [](const std::string& more) {
+    return kRight + R"({"do": "ptp", "name": "go", "to": {"in": "world", "position_m": [0.0, 0.55, 0.4],
+                       "rpy_deg": [0, 180, 0]})" +
+           more + "}";
+  };
+  EXPECT_THAT(rehearsed(cell_with(go(""))), Reports(Code::kCollision, "/program/steps/1", {"post"}));
+  const Diagnostics said = rehearsed(cell_with(go(R"(, "solution": "free")")));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
+}  // namespace
+}  // namespace takt::scenario::move_test
