@@ -118,7 +118,7 @@ TEST(PartExpectations, MistakesAreFoundBeforeTheRun) {
       {"kind": "contacts", "only": [["probe", "blok"]]})");
   ASSERT_FALSE(session);
 const std::string at = "/expectations/";
-EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "0/value", {"wirst", "wrist"}));
+EXPECT_THAT(session.error(), Reports(Code::kTypeMismatch, at + "0/value", {"wirst", "wrist"}));
 EXPECT_THAT(session.error(), Reports(Code::kTypeMismatch, at + "1/value"));
 EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "2/during", {"tuch", "touch"}));
 EXPECT_THAT(session.error(), Reports(Code::kMissing, at + "3", {"at_most"}));

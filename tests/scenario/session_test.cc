@@ -159,7 +159,8 @@ TEST(Session, ModelsBesideTheFileAreFound) {
       "program": {"do": "wait", "seconds": 0.01}})";
   const auto session = Session::open(folder / "a.json", models());
   EXPECT_TRUE(session) << session.error().to_string();
-  const auto unknown = Session::open(folder / "a.json", models(), {.overrides = {{"/objects/c/model", "crat"}}});
+  const auto unknown =
+      Session::open(folder / "a.json", models(), {.overrides = {{"/objects/c/model", "crat"}}, .seed = {}});
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error(), Reports(Code::kUnknownName, "/objects/c/model",
                                        {"crat", "crate", "youbot_base", (folder / "models").string(), "--models"}));

@@ -23,7 +23,9 @@ Eigen::Isometry3d ahead(double x, double z) {
 }
 
 bool reaches(const Chain& chain, const Eigen::Isometry3d& X_BF) {
-  return !kinematics::inverse_solutions(chain, X_BF, {.reference = JointVector::Zero(chain.joint_count())}).empty();
+  kinematics::SolutionOptions search;
+  search.reference = JointVector::Zero(chain.joint_count());
+  return !kinematics::inverse_solutions(chain, X_BF, search).empty();
 }
 
 /// What the text names: by how much to move, and where the flange gets to.
