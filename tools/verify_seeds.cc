@@ -21,7 +21,8 @@ namespace {
 constexpr int kMostSeeds = 100'000, kMostJobs = 1024;
 
 VariationPlan variation_plan(const std::string& file, const SeedArguments& arguments, const Common& common) {
-  VariationPlan plan{.program = std::filesystem::read_symlink("/proc/self/exe"), .file = file};
+  // This program as it runs, also where its file is replaced meanwhile.
+  VariationPlan plan{.program = "/proc/self/exe", .file = file};
   const auto add = [&plan](const char* option, const std::vector<std::string>& values) {
     for (const std::string& value : values) {
       plan.more.emplace_back(option);

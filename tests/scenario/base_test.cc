@@ -58,9 +58,9 @@ Description rolling(const std::string& program, const std::string& more = "") {
 
 /// To its side and turned: it turns, drives, turns. Then ahead, and an arc.
 TEST(RollingBase, PtpReachesAPoseBesideItAndLinFollowsItsHeading) {
-  expect_passed(run(rolling(R"({"do": "ptp", "to": {"position_m": [2, 2.5, 0], "rpy_deg": [0, 0, 0]}},
+  expect_passed(run(rolling(R"({"do": "ptp", "to": {"in": "world", "position_m": [2, 2.5, 0], "rpy_deg": [0, 0, 0]}},
       {"do": "lin", "to": {"by_m": [-0.4, 0, 0]}},
-      {"do": "circ", "about": {"position_m": [1.6, 3.1, 0]}, "angle_deg": 60, "orientation": "tangential"})",
+      {"do": "circ", "about": {"position_m": [1.6, 3.1, 0], "angle_deg": 60}, "orientation": "tangential"})",
                             R"(, "expectations": [{"kind": "limits"}, {"kind": "tool_pose",
       "position_m": [2.11962, 2.8, 0], "rpy_deg": [0, 0, 60], "position_within_m": 2e-3, "angle_within_deg": 0.2}])")));
 }

@@ -201,7 +201,9 @@ TEST(RollingBase, TyresHoldAPushFromTheSideUntilTheySlip) {
     World world = make(rolling_alone());
     drive(world, place(0, 0, 0), 0.1);
     const int body = world.body("base/body");
-    for (int k = 0; k < 300; ++k) {
+    // Not for long where they slip: at overspeed the drives close their brakes.
+    const int cycles = force < 200.0 ? 300 : 60;
+    for (int k = 0; k < cycles; ++k) {
       world.push(body, Eigen::Vector3d(0, force, 0));
       ASSERT_TRUE(world.step());
     }
@@ -209,7 +211,7 @@ TEST(RollingBase, TyresHoldAPushFromTheSideUntilTheySlip) {
     if (force < 200.0) {
       EXPECT_NEAR(moved, force / 100000.0, 3e-4);
     } else {
-      EXPECT_GT(moved, 0.05);
+      EXPECT_GT(moved, 0.005);
     }
     EXPECT_LT(std::abs(measured(world)[1]), 1e-4);
   }
