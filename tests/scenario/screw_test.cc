@@ -25,14 +25,14 @@ struct Ran {
   [[nodiscard]] const BuiltCell& built() const { return session->built(); }
 };
 
-Ran run(Description description, const RunOptions& options = {}) {
+Ran run(Description description) {
   auto session = Session::create(std::move(description), models());
   if (!session) {
     ADD_FAILURE() << session.error().to_string();
     return {};
   }
   Ran ran{.session = std::move(*session), .report = {}};
-  ran.report = ran.session->run(options);
+  ran.report = ran.session->run({});
   return ran;
 }
 
@@ -41,8 +41,8 @@ Diagnostics refusal(Description description) {
   return session ? Diagnostics() : session.error();
 }
 
-Description screwing(const std::vector<Override>& overrides) {
-  auto description = read_description("scenarios/screw.json", overrides);
+Description screwing() {
+  auto description = read_description("scenarios/screw.json");
   if (!description) {
     ADD_FAILURE() << description.error().to_string();
     return {};
@@ -51,18 +51,9 @@ Description screwing(const std::vector<Override>& overrides) {
   return std::move(*description);
 }
 
-std::string quoted(const std::string& text) { return "\"" + text + "\""; }
-
-TEST(Screws, AnotherArmTightensThemAsWell) {
-  const Ran ran = run(screwing({{"/devices/arm/model", quoted("ur5")}}));
-  ASSERT_NE(ran.session, nullptr);
-  EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
-  for (const auto& one : ran.report.expectations) EXPECT_TRUE(one.passed) << one.measured;
-}
-
 TEST(Screws, WhatAThreadDoesToThemIsInTheRecording) {
   const auto file = std::filesystem::path(testing::TempDir()) / "takt_screws.mcap";
-  Description description = screwing({});
+  Description description = screwing();
   const auto session = Session::create(std::move(description), models());
   ASSERT_TRUE(session) << session.error().to_string();
   RunOptions options;
