@@ -215,7 +215,6 @@ void CellRun::tell_of_screws() {
     const std::string text = fmt::format("'{}' {} in '{}'", threads.name_of_screw(event.screw), name_of(event.kind),
                                          threads.name_of_bore(event.bore));
     note("screw", name_of(event.kind), text);
-    if (options_.tell) options_.tell(fmt::format("{:.3f} s  {}", to_seconds(event.time), text));
     ++screw_events_;
   }
 }

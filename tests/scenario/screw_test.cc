@@ -1,10 +1,5 @@
 // Screws in scenarios: taken, set down and tightened by a screwdriver on an arm; what is held without fingers.
-#include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
-#include <numbers>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,14 +25,14 @@ struct Ran {
   [[nodiscard]] const BuiltCell& built() const { return session->built(); }
 };
 
-Ran run(Description description, const RunOptions& options = {}) {
+Ran run(Description description) {
   auto session = Session::create(std::move(description), models());
   if (!session) {
     ADD_FAILURE() << session.error().to_string();
     return {};
   }
   Ran ran{.session = std::move(*session), .report = {}};
-  ran.report = ran.session->run(options);
+  ran.report = ran.session->run({});
   return ran;
 }
 
@@ -46,8 +41,8 @@ Diagnostics refusal(Description description) {
   return session ? Diagnostics() : session.error();
 }
 
-Description screwing(const std::vector<Override>& overrides) {
-  auto description = read_description("scenarios/screw.json", overrides);
+Description screwing() {
+  auto description = read_description("scenarios/screw.json");
   if (!description) {
     ADD_FAILURE() << description.error().to_string();
     return {};
@@ -56,113 +51,9 @@ Description screwing(const std::vector<Override>& overrides) {
   return std::move(*description);
 }
 
-std::string quoted(const std::string& text) { return "\"" + text + "\""; }
-
-/// screw.json with another size of thread. @param torque  Nm, at which the clutch lets go
-std::vector<Override> sized(const std::string& size, const std::string& torque, const std::string& early_torque) {
-  std::vector<Override> overrides{{"/devices/driver/settings/bit", quoted(size)},
-                                  {"/program/variables/torque/value", torque},
-                                  {"/program/variables/early_torque/value", early_torque}};
-  for (const char* screw : {"/objects/first screw/screw/thread", "/objects/second screw/screw/thread"})
-    overrides.push_back({screw, quoted(size)});
-  for (const char* bore : {"/0", "/1"}) {
-    overrides.push_back({std::string("/objects/plate/bores") + bore + "/thread", quoted(size)});
-    overrides.push_back({std::string("/objects/rack/bores") + bore + "/clearance_for", quoted(size)});
-  }
-  for (const char* expected : {"/expectations/0/turns_at_least", "/expectations/1/turns_at_least"})
-    overrides.push_back({expected, "5"});
-  return overrides;
-}
-
-/// What happens to a screw in a run.
-struct Course {
-  std::optional<double> begin_turns = {}, begin_height = {};  ///< when it was well in its thread; m
-  double turns = 0.0, height = 0.0;                           ///< of the screw while it was held last
-
-  [[nodiscard]] double pitch() const { return (*begin_height - height) / (turns - *begin_turns); }
-};
-
-void follow(const BuiltCell& built, const std::string& screw, Course& course) {
-  const sim::World& world = *built.world;
-  const auto names = world.threads().screw_names();
-  const auto number = static_cast<std::size_t>(std::ranges::find(names, screw) - names.begin());
-  const auto state = world.threads().state_of(number);
-  if (state == sim::ThreadEvent::Kind::kReleased) return;
-  course.turns = world.threads().turned(number) / (2.0 * std::numbers::pi);
-  course.height = world.body_pose(world.body(screw)).translation().z();
-  // It centres itself in its first turn, and is stretched once its head rests.
-  if (course.turns < 2.0 || course.begin_turns) return;
-  course.begin_turns = course.turns;
-  course.begin_height = course.height;
-}
-
-double reading(const BuiltCell& built, const std::string& input) {
-  return built.cell.analog_inputs.at(input)->sample().value;
-}
-
-/// Each size is tightened to what is set and goes in by its pitch a turn. The figures are those of docs/benchmarks.md
-/// ("Screws").
-TEST(Screws, M3ToM8AreTightenedToWhatIsSet) {
-  struct Size {
-    const char *name, *torque, *early_torque;
-    double set, pitch;
-  };
-  constexpr std::array<Size, 5> kSizes = {{{"M3", "0.5", "0.1", 0.5, 0.0005},
-                                           {"M4", "0.8", "0.15", 0.8, 0.0007},
-                                           {"M5", "1", "0.2", 1.0, 0.0008},
-                                           {"M6", "1.5", "0.3", 1.5, 0.001},
-                                           {"M8", "2.5", "0.5", 2.5, 0.00125}}};
-  for (const Size& size : kSizes) {
-    Course course;
-    const auto watch = [&](BuiltCell& built) {
-      const auto names = built.world->threads().screw_names();
-      const bool loose = built.world->threads().state_of(1) != sim::ThreadEvent::Kind::kSeated;
-      if (loose) follow(built, names[1], course);
-      return true;
-    };
-    RunOptions options;
-    options.after_cycle = watch;
-    const Ran ran = run(screwing(sized(size.name, size.torque, size.early_torque)), options);
-    ASSERT_NE(ran.session, nullptr) << size.name;
-    EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << size.name << "\n" << ran.report.diagnostics.to_string();
-    for (const auto& one : ran.report.expectations) EXPECT_TRUE(one.passed) << size.name << ": " << one.measured;
-    ASSERT_TRUE(course.begin_turns) << size.name;
-    const double torque = reading(ran.built(), "driver/peak_torque");
-    std::printf("%s  set %.2f Nm  peak %.3f Nm (%+.1f %%)  pitch %.4f mm (%+.2f %%)\n", size.name, size.set, torque,
-                100.0 * (torque / size.set - 1.0), 1e3 * course.pitch(), 100.0 * (course.pitch() / size.pitch - 1.0));
-    EXPECT_NEAR(torque, size.set, 0.05 * size.set) << size.name;
-    EXPECT_NEAR(course.pitch(), size.pitch, 0.01 * size.pitch) << size.name;
-  }
-}
-
-TEST(Screws, AnotherArmTightensThemAsWell) {
-  const Ran ran = run(screwing({{"/devices/arm/model", quoted("ur5")}}));
-  ASSERT_NE(ran.session, nullptr);
-  EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
-  for (const auto& one : ran.report.expectations) EXPECT_TRUE(one.passed) << one.measured;
-}
-
-/// The screw is held 7 degrees askew: it starts on the wrong flank, and that is felt within a quarter turn.
-TEST(Screws, ACrossedThreadIsNoticedWithinAQuarterTurn) {
-  Course course;
-  const auto watch = [&](BuiltCell& built) {
-    follow(built, "first screw", course);
-    return true;
-  };
-  RunOptions options;
-  options.after_cycle = watch;
-  const Ran ran = run(screwing({{"/program/steps/2/steps/5/to/rpy_deg", "[187, 0, 0]"}}), options);
-  ASSERT_NE(ran.session, nullptr);
-  EXPECT_EQ(ran.report.verdict, Verdict::kError);
-  EXPECT_THAT(ran.report.diagnostics, Reports(Code::kRaised, "/program/steps/2/steps/9/cases/1/steps/1"));
-  EXPECT_EQ(ran.built().world->threads().state_of(0), sim::ThreadEvent::Kind::kCrossed);
-  EXPECT_GT(course.turns, 0.0);
-  EXPECT_LT(course.turns, 0.25);
-}
-
 TEST(Screws, WhatAThreadDoesToThemIsInTheRecording) {
   const auto file = std::filesystem::path(testing::TempDir()) / "takt_screws.mcap";
-  Description description = screwing({});
+  Description description = screwing();
   const auto session = Session::create(std::move(description), models());
   ASSERT_TRUE(session) << session.error().to_string();
   RunOptions options;
