@@ -57,74 +57,75 @@ Judged judged(const std::string& expectations) {
 }
 
 TEST(PartExpectations, AValueCountsWhileItsStepRuns) {
-  const Judged all = judged(R"(
+  const Judged all = judged(R"json(
       {"kind": "value", "value": "$force('wrist')", "during": "touch", "at_most": 60},
       {"kind": "value", "value": "$force('wrist')", "during": "touch", "at_most": 4},
       {"kind": "value", "value": "$force('wrist')", "during": "pause", "at_most": 1},
       {"kind": "value", "value": "$force('wrist')", "during": "measure", "at_most": 4},
-      {"kind": "value", "value": "$force('wrist')", "at_most": 4})");
+      {"kind": "value", "value": "$force('wrist')", "at_most": 4})json");
   EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, false, false})) << all.results.at(1).measured;
-EXPECT_GT(all.results.at(0).value, 5.0);
-EXPECT_THAT(all.results.at(0).measured, Names("N", "60")) << "with its unit";
+  EXPECT_GT(all.results.at(0).value, 5.0);
+  EXPECT_THAT(all.results.at(0).measured, Names("N", "60")) << "with its unit";
 }
 
 TEST(PartExpectations, AShareOfTheTimeAndTheMeanMayBeBounded) {
-  const Judged all = judged(R"(
+  const Judged all = judged(R"json(
       {"kind": "value", "value": "$force('wrist')", "during": "measure", "at_most": 1, "share": 0.5},
       {"kind": "value", "value": "$force('wrist')", "during": "measure", "at_most": 1, "share": 0.999},
       {"kind": "value", "value": "$force('wrist')", "during": "measure", "mean_at_most": 2},
-      {"kind": "value", "value": "$force('wrist')", "during": "measure", "mean_at_least": 2})");
+      {"kind": "value", "value": "$force('wrist')", "during": "measure", "mean_at_least": 2})json");
   EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, false}));
 }
 
 TEST(PartExpectations, EventsAreCounted) {
-  const Judged all = judged(R"(
+  const Judged all = judged(R"json(
       {"kind": "event", "source": "arm", "event": "touch", "times": 2},
       {"kind": "event", "source": "arm", "event": "touch", "times": 1},
       {"kind": "event", "source": "arm", "event": "touch", "during": "away"},
       {"kind": "event", "source": "program", "event": "begin", "text": "pause", "at_least": 2, "at_most": 2},
       {"kind": "event", "source": "program", "event": "retry", "at_most": 0},
-      {"kind": "event", "source": "program", "event": "begin", "text": "touch", "to_s": 0.5})");
+      {"kind": "event", "source": "program", "event": "begin", "text": "touch", "to_s": 0.5})json");
   EXPECT_EQ(all.held, (std::vector<bool>{true, false, false, true, true, false}));
 }
 
 TEST(PartExpectations, AnOrderHasItsWindows) {
-  const Judged all = judged(R"(
+  const Judged all = judged(R"json(
       {"kind": "order", "events": [{"event": "begin", "text": "touch"}, {"source": "contact", "event": "contact"},
                                    {"event": "begin", "text": "pause"}]},
       {"kind": "order", "events": [{"event": "begin", "text": "pause"}, {"event": "begin", "text": "above"}]},
       {"kind": "order", "events": [{"event": "begin", "text": "pause"},
                                    {"event": "end", "text": "pause", "within_s": 0.31}]},
       {"kind": "order", "events": [{"event": "begin", "text": "pause"},
-                                   {"event": "end", "text": "pause", "within_s": 0.2}]})");
+                                   {"event": "end", "text": "pause", "within_s": 0.2}]})json");
   EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, false}));
   EXPECT_THAT(all.results.at(1).measured, Names("1", "2", "above")) << "what did not come";
 }
 
 TEST(PartExpectations, ContactsAreThoseThatAreMeant) {
-  const Judged all = judged(R"({"kind": "contacts", "only": [["block", "probe"]]}, {"kind": "contacts", "only": []})");
+  const Judged all =
+      judged(R"json({"kind": "contacts", "only": [["block", "probe"]]}, {"kind": "contacts", "only": []})json");
   EXPECT_EQ(all.held, (std::vector<bool>{true, false}));
   EXPECT_THAT(all.results.at(1).measured, Names("block", "probe", "N"));
 }
 
 TEST(PartExpectations, MistakesAreFoundBeforeTheRun) {
-  const auto session = open(R"(
+  const auto session = open(R"json(
       {"kind": "value", "value": "$force('wirst')", "at_most": 1},
       {"kind": "value", "value": "$force('wrist') > 1[N]", "at_most": 1},
       {"kind": "value", "value": "$force('wrist')", "during": "tuch", "at_most": 1},
       {"kind": "value", "value": "$force('wrist')"},
       {"kind": "value", "value": "$force('wrist')", "at_least": 2, "at_most": 1},
       {"kind": "order", "events": [{"event": "begin", "during": "nowhere"}, {"event": "end"}]},
-      {"kind": "contacts", "only": [["probe", "blok"]]})");
+      {"kind": "contacts", "only": [["probe", "blok"]]})json");
   ASSERT_FALSE(session);
-const std::string at = "/expectations/";
-EXPECT_THAT(session.error(), Reports(Code::kTypeMismatch, at + "0/value", {"wirst", "wrist"}));
-EXPECT_THAT(session.error(), Reports(Code::kTypeMismatch, at + "1/value"));
-EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "2/during", {"tuch", "touch"}));
-EXPECT_THAT(session.error(), Reports(Code::kMissing, at + "3", {"at_most"}));
-EXPECT_THAT(session.error(), Reports(Code::kConflict, at + "4/at_least", {"2", "1"}));
-EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "5/events/0/during", {"nowhere"}));
-EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "6/only/0/1", {"blok", "block"}));
+  const std::string at = "/expectations/";
+  EXPECT_THAT(session.error(), Reports(Code::kTypeMismatch, at + "0/value", {"wirst", "wrist"}));
+  EXPECT_THAT(session.error(), Reports(Code::kTypeMismatch, at + "1/value"));
+  EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "2/during", {"tuch", "touch"}));
+  EXPECT_THAT(session.error(), Reports(Code::kMissing, at + "3", {"at_most"}));
+  EXPECT_THAT(session.error(), Reports(Code::kConflict, at + "4/at_least", {"2", "1"}));
+  EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "5/events/0/during", {"nowhere"}));
+  EXPECT_THAT(session.error(), Reports(Code::kUnknownName, at + "6/only/0/1", {"blok", "block"}));
 }
 
 TEST(StepWindow, APathGoesThroughItsNodes) {
