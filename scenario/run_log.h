@@ -23,9 +23,9 @@ struct LogEntry {
   std::uint64_t cycle = 0;
   LogLevel level = LogLevel::kInfo;
   std::string source = {};  ///< who: "program", "operator", "fault", "contact", "run", a device, a net
-  std::string name;         ///< what, a word that programs may rely on: "begin", "retry", "contact"
-  std::string step;         ///< path of the steps in which it happened: "sort / for_each (2) / grip"; may be empty
-  std::string text;         ///< for people, with numbers
+  std::string name = {};    ///< what, a word that programs may rely on: "begin", "retry", "contact"
+  std::string step = {};    ///< path of the steps in which it happened: "sort / for_each (2) / grip"; may be empty
+  std::string text = {};    ///< for people, with numbers
 };
 
 /// How much an event matters (docs/recording.md has the table). Realtime: setup.

@@ -26,7 +26,7 @@ using test::schema;
 using test::text_of;
 
 /// Uses every key there is at least once.
-constexpr const char *kEverything = R"({
+constexpr const char* kEverything = R"json({
   "$schema": "x", "comment": ["any", 1], "title": "t", "description": "d", "seed": 7, "time_limit_s": 10,
   "program_latency_cycles": 0, "plant_mass_scale": 1.1,
   "frames": {"a": {"in": "b", "position_m": [1, 0, 0], "rpy_deg": [0, 0, 90]}, "b": {"quaternion": [1, 0, 0, 0]}},
@@ -179,14 +179,8 @@ constexpr const char *kEverything = R"({
      "position_within_m": 5, "angle_within_deg": 5},
     {"kind": "mean_force", "between": ["probe", "block"], "at_least_N": 1, "below_N": 20},
     {"kind": "belief", "frame": "block/top", "position_within_m": 0.01, "angle_within_deg": 5},
-    {"kind": "value", "value": "$force('wrist')",
-                     "during" : "touch",
-                     "at_least" : 0,
-                     "at_most" : 9,
-                     "share" : 0.9,
-                     "mean_at_least" : 0,
-                     "mean_at_most" : 5
-},
+    {"kind": "value", "value": "$force('wrist')", "during": "touch", "at_least": 0, "at_most": 9, "share": 0.9,
+     "mean_at_least": 0, "mean_at_most": 5},
     {"kind": "event", "source": "arm", "event": "touch", "text": "m", "during": "touch", "at_least": 1, "at_most": 2,
      "from_s": 1, "to_s": 20},
     {"kind": "event", "event": "log", "times": 1},
@@ -194,7 +188,7 @@ constexpr const char *kEverything = R"({
                                  {"text": "m", "within_s": 2}]},
     {"kind": "contacts", "only": [["probe", "block"], ["floor", "arm"]]}
   ]
-})";
+})json";
 
 /// What takt's own readers say of a file. Program and expectations are read against a cell, that of kEverything.
 Diagnostics diagnostics_of(const Json& json) {
