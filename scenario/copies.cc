@@ -26,6 +26,12 @@ bool is_parameter_name(const std::string& name) {
   return !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 && std::ranges::all_of(name, is_part);
 }
 
+/// What an expectation `value` is about is an expression like those of programs: it knows parameters as variables.
+bool is_expression(const Json& entry, const std::string& key) {
+  const auto kind = entry.find("kind");
+  return key == "value" && kind != entry.end() && *kind == "value";
+}
+
 class CopyWriter {
  public:
   CopyWriter(Json& document, Diagnostics& diagnostics) : document_(document), diagnostics_(diagnostics) {}
@@ -79,7 +85,8 @@ class CopyWriter {
 
   void fill_in(Json& value, const std::string& pointer) {
     if (value.is_object()) {
-      for (auto& [key, one] : value.items()) fill_in(one, pointer + pointer_segment(key));
+      for (auto& [key, one] : value.items())
+        if (!is_expression(value, key)) fill_in(one, pointer + pointer_segment(key));
     } else if (value.is_array()) {
       for (std::size_t i = 0; i < value.size(); ++i) fill_in(value[i], pointer + pointer_segment(i));
     } else if (value.is_string() && value.get_ref<const std::string&>().starts_with('$')) {

@@ -139,7 +139,7 @@ std::vector<BrokenRule> broken_plans() {
       {motion("ptp", R"("to": {"joints_deg": [0, 0, 0, 170, 0, 0, 0]})"),
        "/to",
        Code::kOutOfRange,
-       {"a3", "2.96706", "-2.0944", "2.0944"}},
+       {"a3", "170", "-120", "120"}},
       {motion("lin", R"("to": {"in": "nowhere", "position_m": [0, 0, 0]})"), "/to", Code::kUnknownName, {"nowhere"}},
       {motion("lin", R"("to": {"by_m": [0, 0, 0.1]}, "base_to": "home")"), "/arm", Code::kRequires, {"arm", "on"}},
       {R"_({"do": "log", "text": "$text(pose('nowhere'))"})_", "/text", Code::kTypeMismatch, {"nowhere", "frame"}},

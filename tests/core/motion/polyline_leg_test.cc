@@ -55,8 +55,10 @@ TEST_F(PolylineLegTest, IsTwiceContinuouslyDifferentiable) {
 TEST_F(PolylineLegTest, NoPartOfACornerIsFasterThanItsBound) {
   for (int i = 0; i < 200; ++i) {
     std::vector<JointVector> points(2, q0_);
-    for (JointVector& point : points)
+    for (JointVector& point : points) {
       for (double& q : point) q += random_.uniform(-1.0, 1.0);
+      point = point.cwiseMax(model_.limits.lower).cwiseMin(model_.limits.upper);
+    }
     const auto leg = polyline_leg(model_, q0_, points, {random_.uniform(0.01, 0.5)});
     ASSERT_TRUE(leg);
     const auto& corner = std::get<JointCurve>(leg->pieces[1].geometry);

@@ -310,6 +310,7 @@ TEST_F(Parity, EveryOperationHasAFormInCpp) {
       {"lin", "LinInterface, likewise"},
       {"circ", "LinInterface, likewise"},
       {"spline", "PtpInterface and LinInterface, likewise"},
+      {"move", "MotionInterface, its parameters above"},
       {"motions", "sequence() of motions that blend"},
       {"transaction", "command::TransactionCommand"},
       {"wait", "wait(), Cell::wait(), Cell::wait_until()"},

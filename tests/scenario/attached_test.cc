@@ -1,12 +1,9 @@
-// Screws in scenarios: taken, set down and tightened by a screwdriver on an arm; what is held without fingers.
-#include <filesystem>
+// What tools of an arm hold without fingers: parts that are attached and detached.
 #include <string>
-#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "record/recording.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
 #include "tests/support/reports.h"
@@ -39,37 +36,6 @@ Ran run(Description description) {
 Diagnostics refusal(Description description) {
   const auto session = Session::create(std::move(description), models());
   return session ? Diagnostics() : session.error();
-}
-
-Description screwing() {
-  auto description = read_description("scenarios/screw.json");
-  if (!description) {
-    ADD_FAILURE() << description.error().to_string();
-    return {};
-  }
-  std::erase_if(description->expectations, [](const auto& one) { return one.kind == "repeats"; });
-  return std::move(*description);
-}
-
-TEST(Screws, WhatAThreadDoesToThemIsInTheRecording) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "takt_screws.mcap";
-  Description description = screwing();
-  const auto session = Session::create(std::move(description), models());
-  ASSERT_TRUE(session) << session.error().to_string();
-  RunOptions options;
-  options.record = file;
-  const RunReport report = (*session)->run(options);
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
-  const auto recording = record::Recording::open(file);
-  ASSERT_TRUE(recording) << recording.error().to_string();
-  std::vector<std::string> told;
-  const auto events = recording->events("/program");
-  for (const auto& event : *events)
-    if (event.source == "screw") told.push_back(event.name + " " + event.text);
-  std::filesystem::remove(file);
-  EXPECT_THAT(
-      told, testing::ElementsAre("caught 'first screw' caught in 'plate'", "seated 'first screw' seated in 'plate'",
-                                 "caught 'second screw' caught in 'plate'", "seated 'second screw' seated in 'plate'"));
 }
 
 // -- Parts that are held without fingers ------------------------------------------------------------------------------
