@@ -115,6 +115,10 @@ std::string reach_text(const Chain& chain, const Eigen::Isometry3d& X_BF, const 
   // Other chains are searched numerically, which takes a thousand times longer.
   const bool is_fast = chain.joint_count() >= 6 && chain.joint_count() <= 7 && all_turn(chain);
   if (!is_fast) return "a pose that some joint configuration inside the limits reaches";
+  // A search by halving is for places around the arm.
+  constexpr double kFar = 100.0;
+  if (const double distance = X_BF.translation().norm(); distance > kFar * chain.reach())
+    return fmt::format("too far from the arm: {:.3g} m, and it reaches {:.3f} m", distance, chain.reach());
   const Neighbours neighbours(chain, X_BF, q_near);
   if (const auto found = neighbours.nearest())
     return fmt::format("too {} the arm by {:.3f} m: in this orientation the flange gets to ({:.3f}, {:.3f}, {:.3f}) m",

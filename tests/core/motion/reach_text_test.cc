@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/kinematics/solutions.h"
@@ -12,6 +13,7 @@ namespace {
 
 using kinematics::Chain;
 using kinematics::JointVector;
+using ::testing::HasSubstr;
 namespace robots = kinematics::test;
 
 /// Flange down, ahead of the base.
@@ -63,6 +65,7 @@ TEST(ReachText, NamesHowFarTheFlangeGets) {
     const auto far = ahead(3.0, 0.4), near = ahead(0.02, 0.36);
     ASSERT_FALSE(reaches(chain, far));
     const std::string too_far = reach_text(chain, far, q);
+    EXPECT_THAT(reach_text(chain, ahead(1e300, 0.4), q), HasSubstr("1e+300")) << "no search goes there";
     expect_edge(chain, far, too_far);
     if (reaches(chain, near)) continue;
     const std::string too_near = reach_text(chain, near, q);
