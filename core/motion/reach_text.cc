@@ -117,7 +117,7 @@ std::string reach_text(const Chain& chain, const Eigen::Isometry3d& X_BF, const 
   if (!is_fast) return "a pose that some joint configuration inside the limits reaches";
   // A search by halving is for places around the arm.
   constexpr double kFar = 100.0;
-  if (const double distance = X_BF.translation().norm(); distance > kFar * chain.reach())
+  if (const double distance = X_BF.translation().stableNorm(); distance > kFar * chain.reach())
     return fmt::format("too far from the arm: {:.3g} m, and it reaches {:.3f} m", distance, chain.reach());
   const Neighbours neighbours(chain, X_BF, q_near);
   if (const auto found = neighbours.nearest())
