@@ -7,10 +7,22 @@
 
 namespace {
 
+/// A word in the format of libFuzzer: text with the quotes that JSON has around it, anything else byte by byte.
+std::string dictionary_word(const std::string& word) {
+  const auto is_text = [](unsigned char c) { return c >= 0x20 && c < 0x7f && c != '"' && c != '\\'; };
+  if (std::all_of(word.begin(), word.end(), is_text)) return "\"\\\"" + word + "\\\"\"";
+  std::string bytes = "\"";
+  for (const unsigned char c : word) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    bytes += std::string("\\x") + kDigits[c >> 4] + kDigits[c & 15];
+  }
+  return bytes + "\"";
+}
+
 /// As `--dictionary`, the first argument of a fuzz program, asks for it: words in the format of libFuzzer.
 void print_dictionary_if_asked(int argc, char** argv) {
   if (argc < 2 || std::string_view(argv[1]) != "--dictionary") return;
-  for (const std::string& word : takt::test::fuzz_target().words) std::printf("\"\\\"%s\\\"\"\n", word.c_str());
+  for (const std::string& word : takt::test::fuzz_target().words) std::puts(dictionary_word(word).c_str());
   std::exit(0);
 }
 
