@@ -116,7 +116,8 @@ struct FaultEntry {
     kEmergencyStop,  ///< the button is pressed: the core's latch, and the brakes of every arm by a circuit of their own
     kReset,          ///< the button is pulled, the latch reset, every arm released
     kPush,           ///< somebody pushes a body
-    kSensor          ///< the readings of a sensor are wrong for a while
+    kSensor,         ///< the readings of a sensor are wrong for a while
+    kToolChanger     ///< a tool changer has no air for a while, or its lock is open by itself
   };
   Kind kind = Kind::kStop;
   Nanoseconds at = 0;
@@ -126,9 +127,11 @@ struct FaultEntry {
   Nanoseconds brakes_after = kSecond;
   std::string body;                                 ///< of a push: "DEVICE/LINK" or "OBJECT"
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< at its centre of mass, in the world, N
-  Nanoseconds duration = kSecond;                   ///< of a push, of wrong readings
+  Nanoseconds duration = kSecond;                   ///< of a push, of wrong readings, of a fault of a tool changer
   std::string sensor;                               ///< whose readings are wrong
   SensorFault readings;                             ///< how
+  std::string changer;                              ///< of a tool changer's fault
+  bool opens = false;                               ///< the lock opens; else its air is gone
   std::string pointer;
 };
 
