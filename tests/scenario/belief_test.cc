@@ -141,7 +141,8 @@ TEST(ToldMasses, AFixedObjectCannotBeTaken) {
 
 /// A part in a tray on a platform that drives up to an arm.
 TEST(BelievedFrames, OnABaseMoveWithItAndSoDoWhatStandsOnThemAndCameras) {
-  const Ran ran = run_kept(parsed(R"({"devices": {"platform": {"model": "youbot_base", "at": {"position_m": [1, -1, 0]}}},
+  const Ran ran = run_kept(parsed(R"({"devices": {
+      "platform": {"model": "youbot_base", "at": {"position_m": [1, -1, 0]}}},
     "frames": {"beside": {"in": "platform", "position_m": [0, 0.5, 0.2]}},
     "objects": {
       "tray": {"shape": "box", "size_m": [0.2, 0.25, 0.02], "at": {"in": "platform", "position_m": [-0.15, 0, 0.1375]},
