@@ -110,7 +110,7 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_option("--record", arguments.record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
   parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, too");
   parser
-      .add_option("--log", arguments.log, "What is told on stderr while it runs: debug, info, warning, error, or none")
+      .add_option("--log", arguments.log, "What is reported on stderr while it runs: debug, info, warning, error, or none")
       ->type_name("LEVEL")
       ->capture_default_str();
   parser.add_option("--site", arguments.site, "Site file: back ends of the devices")->type_name("FILE");
