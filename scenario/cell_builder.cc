@@ -439,6 +439,10 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   }
   add_tool_sides(devices, simulated, frames, built);
   complete_surfaces(description, models, simulated, diagnostics);
+  for (const FrameEntry& frame : description.frames)
+    if (const auto X_WF = frames.truth.pose(frame.name))
+      built.frames_on[frame.name] = mount_in(frame.name, *X_WF, ground);
+  built.beams = simulated.beams;
   for (const CameraEntry& camera : description.cameras) {
     simulated.cameras.push_back(simulated_camera(camera, ground, diagnostics));
   }

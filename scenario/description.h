@@ -96,6 +96,21 @@ struct CameraEntry {
   double fovy_deg = 45.0;
 };
 
+/// What the film shows beside the scene.
+struct FilmShow {
+  bool traces = true;      ///< paths of the tool centre points
+  bool beams = true;       ///< of light barriers and range finders
+  bool forces = true;      ///< of contacts of machines, as arrows
+  bool commanded = false;  ///< machines where they are commanded to be, where they are not there
+  bool frames = false;     ///< of the file, and the tool centre points
+  double trace_s = 4.0;    ///< how long a path stays
+};
+
+/// The marks of a film by name: "traces", "beams", "forces", "commanded", "frames"; others are off. What is none of
+/// them goes to `diagnostics`.
+void choose_marks(const std::vector<std::string>& names, const std::string& pointer, FilmShow& show,
+                  Diagnostics& diagnostics);
+
 /// What the film shows: a camera from the beginning, others from the moment a named step begins, one as inset.
 struct FilmEntry {
   struct Cut {
@@ -106,6 +121,7 @@ struct FilmEntry {
   std::vector<Cut> cuts;
   std::string force_sensor;     ///< whose force is shown; empty = none
   double force_limit_N = 15.0;  ///< marked in the bar
+  FilmShow show;
 };
 
 /// Something that happens to the machines at one time, whatever the program does.

@@ -19,9 +19,6 @@ constexpr double kSlidingMass = 0.01;
 /// The cone of a sliding contact is so much wider: the law limits the force itself, and the cone is only there for
 /// surfaces that part within the step.
 constexpr double kSlidingCone = 10.0;
-/// m: torque that a bit carries over the force that presses it into its socket and friction. As good as any: a hexagon
-/// does not slip.
-constexpr double kDriveRadius = 5.0;
 constexpr double kLeastFriction = 1e-5;    // MuJoCo divides by it
 constexpr double kLeastDeviation = 1e-10;  // m^2: points nearer than 10 um to each other cannot tell a twist
 
@@ -80,7 +77,6 @@ struct ContactLaw::Patch {
   double mass = 0.0;                      ///< kg, that the two bodies have against each other, about
   double friction_limit = 0.0;            ///< N, of all points
   double torsion = 0.0;                   ///< m
-  bool drives = false;                    ///< a bit on the bottom of a socket
   Eigen::Vector3d centre, normal;         ///< of the pressure, in the world
   Eigen::Vector3d stretch;                ///< m, in the world
   double twist = 0.0;                     ///< rad
@@ -201,8 +197,7 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& sol
   const double h = timestep_;
   Patch patch;
   patch.pair = &pair(first.geom[0], first.geom[1]);
-  patch.drives = group == Solids::kDrive;
-  patch.torsion = patch.drives ? kDriveRadius : patch.pair->torsion;
+  patch.torsion = patch.pair->torsion;
   const int body = model.body_weldid[model.geom_bodyid[first.geom[0]]];
   const int other = model.body_weldid[model.geom_bodyid[first.geom[1]]];
   patch.mass = 1.0 / std::max(mjMINVAL, model.body_invweight0[2 * body] + model.body_invweight0[2 * other]);
@@ -304,7 +299,7 @@ void ContactLaw::set_rows(const mjModel&, mjData& data, const Patch& patch, mjCo
   // That mass is the one of the bodies, and a point away from their centres is lighter: so much inertia is added that
   // friction slows a point down in the step and never turns it round, whatever it weighs.
   const double speed = velocity.norm();
-  const bool slides = !patch.drives && speed > h * patch.friction_limit / patch.mass;
+  const bool slides = speed > h * patch.friction_limit / patch.mass;
   double tangential = kTangentialShare * inertia * (1.0 + 2.0 * patch.added_share);
   if (slides) tangential = std::min(tangential, std::max(kSlidingMass * patch.mass, h * limit / speed));
   set(1, tangential, force[0]);
@@ -319,10 +314,7 @@ void ContactLaw::set_rows(const mjModel&, mjData& data, const Patch& patch, mjCo
     const double radius = coefficients[static_cast<std::size_t>(i - 1)] / friction;
     const double spring = i == 3 ? k * patch.twist : 0.0;
     const double torque = -(spring + b * data.efc_vel[row + i]) * radius * radius;
-    // What a bit gives to its socket the cone limits; limited here, it could not take it along: the lever is long, and
-    // so is the inertia that goes with it.
-    const double most = patch.drives ? std::numeric_limits<double>::infinity() : radius * limit;
-    set(i, tangential * radius * radius, std::clamp(torque, -most, most));
+    set(i, tangential * radius * radius, std::clamp(torque, -radius * limit, radius * limit));
   }
   contact.mu = contact.friction[0] * std::sqrt(data.efc_R[row + 1] / data.efc_R[row]);
 }

@@ -18,7 +18,6 @@ constexpr double kClutchTime = 0.02;     // s at the torque of the clutch before
 constexpr double kClutchSpeed = 0.2;     // rad/s: slower than this is stalled
 constexpr double kAtLimit = 0.999;       // of the torque of the clutch
 constexpr double kTurning = 0.05;        // rad/s
-constexpr double kMagnetReach = 0.001;   // m above the bottom of the socket, and beyond its depth
 constexpr double kMagnetGap = 0.0005;    // m at which the magnet pulls with a quarter of its force, chosen
 constexpr double kSnapSpeed = 0.1;  // m/s: no faster does a screw snap to the bit; chosen, less than the film shows
 
@@ -54,33 +53,13 @@ Result<std::unique_ptr<SimDevice>> SimScrewdriver::make(const mjModel& model, co
               .bit = bit,
               .inertia = model.dof_M0[model.jnt_dofadr[joint]],
               .timestep = model.opt.timestep,
-              .reach = 0.0};
-  for (int i = 0; i < model.body_geomnum[bit]; ++i) {
-    const int geom = model.body_geomadr[bit] + i;
-    if (model.geom_type[geom] == mjGEOM_CYLINDER)
-      plant.reach = std::max(plant.reach, model.geom_pos[3 * geom + 2] + model.geom_size[3 * geom + 1]);
-  }
-  std::vector<Screw> screws;
-  for (const ObjectDescription& object : description.objects) {
-    if (!object.screw) continue;
-    for (std::size_t i = 0; i < object.shapes.size(); ++i) {
-      if (i == object.screw->shank) continue;
-      for (const world::Bore& bore : object.shapes[i].bores) {
-        Screw screw;
-        screw.body = mj_name2id(&model, mjOBJ_BODY, object.name.c_str());
-        screw.mass = model.body_mass[screw.body];
-        screw.radius = bore.radius;
-        screw.depth = bore.depth;
-        screw.X_OS = object.shapes[i].X_OG * bore.X_SB * Eigen::Translation3d(0, 0, -bore.depth);
-        screws.push_back(screw);
-      }
-    }
-  }
-  return std::unique_ptr<SimDevice>(new SimScrewdriver(driver, plant, std::move(screws), description.seed, robot));
+              .reach = reach_of(model, bit)};
+  return std::unique_ptr<SimDevice>(
+      new SimScrewdriver(driver, plant, sockets_of(model, description), description.seed, robot));
 }
 
-SimScrewdriver::SimScrewdriver(const device::ScrewdriverDescription& driver, Plant plant, std::vector<Screw> screws,
-                               std::uint64_t seed, const std::string& name)
+SimScrewdriver::SimScrewdriver(const device::ScrewdriverDescription& driver, Plant plant,
+                               std::vector<ScrewSocket> screws, std::uint64_t seed, const std::string& name)
     : turn(wire_at(0.0)),
       reverse(wire_at(0.0)),
       speed(wire_at(driver.speed_max)),
@@ -164,16 +143,14 @@ void SimScrewdriver::hold_screw(mjData& data) {
   const Pose X_WB = body_at(data, plant_.bit);
   const Vector3d end = X_WB * Vector3d(0, 0, plant_.reach);
   for (std::size_t i = 0; i < screws_.size() && pulled_ < 0; ++i) {
-    const Screw& screw = screws_[i];
-    const Pose X_WS = body_at(data, screw.body) * screw.X_OS;
-    const Vector3d p = X_WS.inverse(Eigen::Isometry) * end;
-    const bool inside =
-        p.head<2>().norm() < screw.radius && p.z() > -kMagnetReach && p.z() < screw.depth + kMagnetReach;
-    if (!inside || X_WS.linear().col(2).dot(X_WB.linear().col(2)) > -0.9) continue;
+    const ScrewSocket& screw = screws_[i];
+    const BitInSocket seen = look_into(screw, data, plant_.bit, plant_.reach);
+    if (!seen.inside) continue;
     pulled_ = static_cast<std::int64_t>(i);
-    const double approach = before == pulled_ ? (gap_ - p.z()) / plant_.timestep : 0.0;
-    gap_ = p.z();
-    const Vector3d pull = pull_at(gap_, approach, screw.mass) * X_WS.linear().col(2);
+    const double approach = before == pulled_ ? (gap_ - seen.p_S.z()) / plant_.timestep : 0.0;
+    gap_ = seen.p_S.z();
+    const Vector3d pull =
+        pull_at(gap_, approach, screw.mass) * (body_at(data, screw.body) * screw.X_OS).linear().col(2);
     set(screw.body, pull, end);
     set(plant_.bit, -pull, end);
   }

@@ -7,6 +7,7 @@
 #include "core/base/random.h"
 #include "core/device/screwdriver.h"
 #include "sim/device.h"
+#include "sim/drive_law.h"
 #include "sim/signals.h"
 #include "sim/world_description.h"
 
@@ -37,13 +38,6 @@ class SimScrewdriver final : public SimDevice {
   void stream(StateStream& state) override;
 
  private:
-  /// A screw that the bit may hold.
-  struct Screw {
-    int body = 0;
-    double mass = 0.0;             ///< kg
-    Pose X_OS = Pose::Identity();  ///< bottom of its socket, z towards the driver
-    double radius = 0.0, depth = 0.0;
-  };
   struct Plant {
     int position = 0, velocity = 0;  ///< of the spindle
     int bit = 0;                     ///< body
@@ -52,7 +46,7 @@ class SimScrewdriver final : public SimDevice {
     double reach = 0.0;              ///< m, of the bit from the origin of its body
   };
 
-  SimScrewdriver(const device::ScrewdriverDescription& driver, Plant plant, std::vector<Screw> screws,
+  SimScrewdriver(const device::ScrewdriverDescription& driver, Plant plant, std::vector<ScrewSocket> screws,
                  std::uint64_t seed, const std::string& name);
   void start_or_stop();
   [[nodiscard]] double motor_torque(double rate);
@@ -62,7 +56,7 @@ class SimScrewdriver final : public SimDevice {
 
   device::ScrewdriverDescription figures_;
   Plant plant_;
-  std::vector<Screw> screws_;
+  std::vector<ScrewSocket> screws_;
   Random noise_;
   double reference_ = 0.0, integral_ = 0.0;  ///< rad/s; Nm
   double applied_ = 0.0, rate_before_ = 0.0, transmitted_ = 0.0, peak_ = 0.0;

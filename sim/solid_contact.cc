@@ -361,18 +361,10 @@ void Touches::find_rims(const SolidView& first, const SolidView& second) {
 void Touches::keep_bottoms(const SolidView& first, const SolidView& second) {
   const SolidView& drilled = first.drilled() ? first : second;
   const auto elsewhere = [&](const Touch& touch) {
-    const bool flat = touch.group < kFlatGroups;
-    return !flat || !over_bore(drilled, touch.position);
+    return touch.group >= kFlatGroups || !is_at_bottom(drilled, touch.position);
   };
   const auto end = std::remove_if(touches_.begin(), touches_.begin() + static_cast<std::ptrdiff_t>(count_), elsewhere);
   count_ = static_cast<std::size_t>(end - touches_.begin());
-}
-
-void Touches::drive(const SolidView& head) {
-  for (Touch& touch : std::span(touches_.data(), count_)) {
-    if (touch.group < kFlatGroups && over_bore(head, touch.position))
-      touch.group = static_cast<std::uint8_t>(Solids::kDrive);
-  }
 }
 
 /// By insertion: there are few, and nothing may be allocated.
@@ -410,6 +402,15 @@ bool over_bore(const SolidView& drilled, const Vector3d& p_W) {
   return std::ranges::any_of(drilled.solid->bores, [&](const DrilledBore& bore) {
     const Vector3d p = bore.X_GB.inverse(Eigen::Isometry) * p_G;
     return p.head<2>().norm() < bore.radius + bore.chamfer && p.z() > -bore.length - kDeep;
+  });
+}
+
+bool is_at_bottom(const SolidView& drilled, const Vector3d& p_W) {
+  const Vector3d p_G = drilled.X_W.inverse(Eigen::Isometry) * p_W;
+  return std::ranges::any_of(drilled.solid->bores, [&](const DrilledBore& bore) {
+    const Vector3d p = bore.X_GB.inverse(Eigen::Isometry) * p_G;
+    return !bore.through && p.head<2>().norm() < bore.radius + bore.chamfer && std::abs(p.z() + bore.length) < kDeep &&
+           p.z() < -0.5 * bore.length;
   });
 }
 

@@ -50,8 +50,6 @@ class Touches {
   [[nodiscard]] static std::uint8_t flat_group(const SolidView& drilled, const Eigen::Vector3d& normal);
   /// Only those on the flat bottoms of bores: for a screw and its own thread.
   void keep_bottoms(const SolidView& first, const SolidView& second);
-  /// Those on the flat bottom of a socket become the spring that turns a screw.
-  void drive(const SolidView& head);
   /// Those of one spring side by side.
   void sort();
   [[nodiscard]] std::span<const Touch> all() const { return {touches_.data(), count_}; }
@@ -76,6 +74,8 @@ class Touches {
 [[nodiscard]] bool reaches_bore(const SolidView& drilled, const SolidView& other);
 /// Whether a solid bounded by planes is deeper in a bore than contacts on the face around it explain.
 [[nodiscard]] bool is_in_bore(const SolidView& drilled, const SolidView& other);
+/// Whether a point lies on the bottom of a blind bore.
+[[nodiscard]] bool is_at_bottom(const SolidView& drilled, const Eigen::Vector3d& p_W);
 /// Whether a point lies over or in a bore.
 [[nodiscard]] bool over_bore(const SolidView& drilled, const Eigen::Vector3d& p_W);
 

@@ -120,11 +120,6 @@ int collide(const mjModel* model, mjData* data, mjPreContact* contacts, int geom
     touches.find(*first, *second);
   }
   if (active->joined(geom1, geom2)) touches.keep_bottoms(*first, *second);
-  const auto drives = [](const SolidView& bit, const SolidView& head) {
-    return bit.solid && bit.solid->bit && head.solid && head.solid->has_socket();
-  };
-  if (drives(*first, *second)) touches.drive(*second);
-  if (drives(*second, *first)) touches.drive(*first);
   touches.sort();
   active->keep(geom1, geom2, touches.all());
   return 0;  // MuJoCo's buffer is as large as its own shapes need: ours are added later
@@ -182,13 +177,10 @@ Solid make_solid(const ObjectShape& shape, double chamfer, const std::vector<wor
                            .chamfer = bore.chamfer,
                            .length = bore.through() ? thickness : bore.depth,
                            .through = bore.through(),
-                           .socket = false,
                            .material = world::material_around(bore, thickness)});
   }
   return solid;
 }
-
-bool Solid::has_socket() const { return std::ranges::any_of(bores, &DrilledBore::socket); }
 
 Solids::Solids(const mjModel& model, const WorldDescription& description)
     : solid_of_(static_cast<std::size_t>(model.ngeom), -1), joined_with_(solid_of_) {
@@ -198,16 +190,14 @@ Solids::Solids(const mjModel& model, const WorldDescription& description)
       const ObjectGeometry& part = object.shapes[i];
       drilled = drilled || !part.bores.empty();
       if (part.chamfer == 0.0 && part.bores.empty()) continue;
-      Solid solid = make_solid(part.shape, part.chamfer, part.bores);
-      for (DrilledBore& bore : solid.bores) bore.socket = object.screw && i != object.screw->shank;
-      add(model, solid_name(object.name, i), std::move(solid));
+      add(model, solid_name(object.name, i), make_solid(part.shape, part.chamfer, part.bores));
     }
   }
   for (const RobotDescription& robot : description.robots) {
     for (const auto& [link, chamfer] : robot.chamfers) {
       const std::string body = robot.name + "/" + link;
       for (std::size_t i = 0; mj_name2id(&model, mjOBJ_GEOM, solid_name(body, i).c_str()) >= 0; ++i)
-        add(model, solid_name(body, i), Solid{.chamfer = chamfer, .bit = robot.bits.contains(link), .bores = {}});
+        add(model, solid_name(body, i), Solid{.chamfer = chamfer, .bores = {}});
     }
   }
   kept_.reserve(kKept);

@@ -25,17 +25,13 @@ struct DrilledBore {
   double radius = 0.0, chamfer = 0.0;  ///< m
   double length = 0.0;                 ///< m, from the mouth to the bottom or the other mouth
   bool through = false;
-  bool socket = false;       ///< in the head of a screw
   world::Revolved material;  ///< around it, in B
 };
 
 /// What a geom is beyond its MuJoCo shape.
 struct Solid {
   double chamfer = 0.0;  ///< m, of a cylinder
-  bool bit = false;      ///< it turns a screw in whose socket it is
   std::vector<DrilledBore> bores;
-
-  [[nodiscard]] bool has_socket() const;
 };
 
 /// The convex hull of a mesh, in the frame of its geom.
@@ -71,8 +67,6 @@ class Solids {
   Solids(const mjModel_& model, const WorldDescription& description);
   [[nodiscard]] bool empty() const { return solids_.empty(); }
   [[nodiscard]] const Solid* find(int geom) const;
-  /// The spring of a bit on the bottom of a socket: it carries torque as a hexagon does, as long as it is pressed in.
-  static constexpr int kDrive = 127;
   [[nodiscard]] const MeshHull& hull(int mesh) const { return hulls_[static_cast<std::size_t>(mesh)]; }
 
   /// While it lives, MuJoCo's search for contacts on this thread knows the solids. Realtime: cyclic.

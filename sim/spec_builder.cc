@@ -162,8 +162,9 @@ class Builder {
         mjsGeom* geom = add_collision(robot.surface(link.name), link.collisions[k], body, bits);
         if (robot.chamfers.contains(link.name))
           mjs_setName(geom->element, solid_name(robot.name + "/" + link.name, k).c_str());
-        if (robot.bits.contains(link.name)) geom->condim = std::max<int>(geom->condim, 4);
       }
+      if (robot.bits.contains(link.name))
+        add_sleeping_weld(robot.name + "/" + link.name + "/drive", robot.name + "/" + link.name);
       bodies[link.name] = body;
     }
     exclude_neighbours_of_base(robot);
@@ -354,19 +355,20 @@ class Builder {
       light(*geom, object.lit_by);
       set_contact(*geom, object.contact, part.solid && !(shaped && visuals_) ? bits : ContactBits{0, 0});
     }
-    if (object.screw) add_thread(object);
+    if (object.screw) add_sleeping_weld(object.name, object.name);
     mount_on(object.name, body, bits, false);
   }
 
-  /// Six rows of the constraint, which the thread law fills while the screw is caught.
-  void add_thread(const ObjectDescription& object) {
-    mjsEquality* thread = mjs_addEquality(&spec_, nullptr);
-    mjs_setName(thread->element, object.name.c_str());
-    thread->type = mjEQ_WELD;
-    thread->objtype = mjOBJ_BODY;
-    mjs_setString(thread->name1, object.name.c_str());
-    mjs_setString(thread->name2, "world");
-    thread->active = 0;
+  /// Six rows of a constraint, which the thread law fills while a screw is caught, and the drive law while a bit is in
+  /// a socket.
+  void add_sleeping_weld(const std::string& name, const std::string& body) {
+    mjsEquality* weld = mjs_addEquality(&spec_, nullptr);
+    mjs_setName(weld->element, name.c_str());
+    weld->type = mjEQ_WELD;
+    weld->objtype = mjOBJ_BODY;
+    mjs_setString(weld->name1, body.c_str());
+    mjs_setString(weld->name2, "world");
+    weld->active = 0;
   }
 
   void add(const CameraDescription& camera) {

@@ -8,6 +8,8 @@
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
 
+#include "sim/spring_row.h"
+
 namespace takt::sim {
 namespace {
 
@@ -20,11 +22,14 @@ constexpr double kSideStiffness = 5e6;   // N/m
 constexpr double kDampingTime = 0.002;   // s, damping over stiffness, as that of steel
 constexpr double kFrictionAngle = 0.05;  // rad, by which friction's spring gives before it slips
 // When a screw is caught.
-constexpr double kStartRate = 0.1;      // rad/s to the right
+constexpr double kStartRate = 0.1;      // rad/s to the right, and no slower for
+constexpr double kStartAngle = 0.05;    // rad: wobbling does not start a thread
 constexpr double kOffAxis = 0.5;        // pitches: how far its tip may be off the axis
 constexpr double kCrossedAngles = 2.0;  // times the lean at which a thread is crossed: beyond, nothing catches
 constexpr double kReleased = 0.1;       // turns back beyond where it was caught
-constexpr double kSeatedForce = 10.0;   // N, pull of the thread: the head rests
+constexpr double kSeatedForce = 10.0;   // N, pull of the thread for
+constexpr double kSeatedTime = 0.02;    // s
+constexpr double kHeadUpright = 0.5;    // cosine between the axis and what holds the head
 constexpr double kCrossedRise = 10.0;   // run-down torques in a quarter turn of a crossed thread, chosen
 constexpr double kFlankCosine = 0.8660254037844387;  // of half the flank angle, 30 degrees (ISO 68-1)
 constexpr double kTurnOnce = 2.0 * std::numbers::pi;
@@ -69,7 +74,10 @@ struct ThreadLaw::Stand {
 };
 
 ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, const Solids& solids)
-    : timestep_(model.opt.timestep), jacobians_(12 * static_cast<std::size_t>(model.nv)) {
+    : timestep_(model.opt.timestep),
+      drives_(model, description),
+      jacobians_(12 * static_cast<std::size_t>(model.nv)),
+      applied_(6 * static_cast<std::size_t>(model.nbody)) {
   for (const ObjectDescription& object : description.objects) {
     const int body = mj_name2id(&model, mjOBJ_BODY, object.name.c_str());
     for (std::size_t i = 0; i < object.shapes.size(); ++i) {
@@ -134,11 +142,12 @@ void ThreadLaw::take(std::size_t index, std::size_t bore, const Stand& stand, Na
                 .off = stand.tip().head<2>(),
                 .lean = stand.lean(),
                 .twist = 0.0,
-                .axial = 0.0};
+                .axial = 0.0,
+                .pulled = 0.0};
   report(screw.hold.crossed ? ThreadEvent::Kind::kCrossed : ThreadEvent::Kind::kCaught, index, bore, now);
 }
 
-/// What MuJoCo has to know of it: the constraint's bodies and the point that its force acts at; which shapes are one.
+/// What MuJoCo has to know of it: the constraint's bodies; which shapes are one.
 void ThreadLaw::apply(mjModel& model, mjData& data, Solids& solids, const Screw& screw) const {
   const bool held = screw.hold.bore >= 0;
   data.eq_active[screw.equality] = held ? 1 : 0;
@@ -146,44 +155,69 @@ void ThreadLaw::apply(mjModel& model, mjData& data, Solids& solids, const Screw&
   const ThreadedBore& bore = bores_[static_cast<std::size_t>(screw.hold.bore)];
   model.eq_obj1id[screw.equality] = screw.body;
   model.eq_obj2id[screw.equality] = bore.body;
-  // Of a weld: the point of the force in the second body, then in the first.
-  const Pose X_WG = pose_at(data.geom_xpos + 3 * bore.geom, data.geom_xmat + 9 * bore.geom);
-  const Pose X_W2 = pose_at(data.xpos + 3 * bore.body, data.xmat + 9 * bore.body);
-  const Vector3d mouth = X_W2.inverse(Eigen::Isometry) * (X_WG * bore.figures.X_GB.translation());
-  const Vector3d tip = screw.X_OT.translation();
-  for (int i = 0; i < 3; ++i) {
-    model.eq_data[mjNEQDATA * screw.equality + i] = mouth[i];
-    model.eq_data[mjNEQDATA * screw.equality + 3 + i] = tip[i];
-  }
   solids.join(screw.shank, bore.geom);
 }
 
-void ThreadLaw::watch(mjModel& model, mjData& data, Solids& solids, Nanoseconds now) {
+bool ThreadLaw::watch(mjModel& model, mjData& data, Solids& solids, Nanoseconds now) {
+  bool changed = drives_.watch(model, data);
   for (std::size_t i = 0; i < screws_.size(); ++i) {
-    Screw& screw = screws_[i];
-    Hold& hold = screw.hold;
-    if (hold.bore >= 0) {
-      const auto bore = static_cast<std::size_t>(hold.bore);
-      const double angle = stand_of(model, data, screw, bores_[bore]).angle;
-      hold.angle += std::remainder(angle - hold.angle, kTurnOnce);
-      if (!hold.seated && hold.axial < -kSeatedForce) {
-        hold.seated = true;
-        report(ThreadEvent::Kind::kSeated, i, bore, now);
-      }
-      if (hold.angle - hold.begin <= kReleased * kTurnOnce) continue;
-      hold = {};
-      report(ThreadEvent::Kind::kReleased, i, bore, now);
-      apply(model, data, solids, screw);
-      continue;
-    }
-    for (std::size_t b = 0; b < bores_.size() && hold.bore < 0; ++b) {
-      if (bores_[b].size != screw.thread.size || occupied(b)) continue;
-      const Stand stand = stand_of(model, data, screw, bores_[b]);
-      if (!catches(screw, bores_[b], stand)) continue;
-      take(i, b, stand, now);
-      apply(model, data, solids, screw);
-    }
+    const bool other = screws_[i].hold.bore >= 0 ? lets_go(model, data, i, now) : starts(model, data, i, now);
+    if (other) apply(model, data, solids, screws_[i]);
+    changed = changed || other;
   }
+  return changed;
+}
+
+/// Whether something holds it up in its thread: what lies under its head, or the bottom of the bore. A bit only pushes
+/// it in.
+bool ThreadLaw::rests(const mjModel& model, const mjData& data, const Screw& screw, const ThreadedBore& bore) const {
+  const Vector3d out =
+      (pose_at(data.geom_xpos + 3 * bore.geom, data.geom_xmat + 9 * bore.geom) * bore.figures.X_GB).linear().col(2);
+  return std::ranges::any_of(std::span(data.contact, static_cast<std::size_t>(data.ncon)), [&](const auto& contact) {
+    const auto is_screw = [&](int side) {
+      return contact.geom[side] >= 0 && model.geom_bodyid[contact.geom[side]] == screw.body;
+    };
+    if (contact.efc_address < 0 || is_screw(0) == is_screw(1)) return false;
+    const double along = out.dot(Eigen::Map<const Vector3d>(contact.frame));  // from the first to the second
+    return (is_screw(1) ? along : -along) > kHeadUpright;
+  });
+}
+
+/// Counts the turns of a screw that is held. @return true: it has been turned out
+bool ThreadLaw::lets_go(const mjModel& model, const mjData& data, std::size_t index, Nanoseconds now) {
+  Screw& screw = screws_[index];
+  Hold& hold = screw.hold;
+  const auto bore = static_cast<std::size_t>(hold.bore);
+  const double angle = stand_of(model, data, screw, bores_[bore]).angle;
+  hold.angle += std::remainder(angle - hold.angle, kTurnOnce);
+  const bool pulls = !hold.seated && hold.axial < -kSeatedForce && rests(model, data, screw, bores_[bore]);
+  hold.pulled = pulls ? hold.pulled + timestep_ : 0.0;
+  if (!hold.seated && hold.pulled >= kSeatedTime) {
+    hold.seated = true;
+    report(ThreadEvent::Kind::kSeated, index, bore, now);
+  }
+  if (hold.angle - hold.begin <= kReleased * kTurnOnce) return false;
+  hold = {};
+  report(ThreadEvent::Kind::kReleased, index, bore, now);
+  return true;
+}
+
+/// Counts how far a free screw has been turned in a mouth. @return true: the thread has caught it
+bool ThreadLaw::starts(const mjModel& model, const mjData& data, std::size_t index, Nanoseconds now) {
+  Screw& screw = screws_[index];
+  for (std::size_t b = 0; b < bores_.size(); ++b) {
+    if (bores_[b].size != screw.thread.size || occupied(b)) continue;
+    const Stand stand = stand_of(model, data, screw, bores_[b]);
+    if (!catches(screw, bores_[b], stand)) continue;
+    const auto mouth = static_cast<std::int64_t>(b);
+    screw.hold.begun = (screw.hold.mouth == mouth ? screw.hold.begun : 0.0) - timestep_ * stand.turn_rate;
+    screw.hold.mouth = mouth;
+    if (screw.hold.begun < kStartAngle) return false;
+    take(index, b, stand, now);
+    return true;
+  }
+  screw.hold.mouth = -1;
+  return false;
 }
 
 double ThreadLaw::friction_limit(const Screw& screw) const {
@@ -219,20 +253,9 @@ void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int r
   const double engaged = std::clamp(-stand.tip().z() - bore.figures.chamfer, screw.thread.pitch, bore.figures.length);
   const double lever = 0.5 * engaged;
 
-  const double h = timestep_;
   const auto row_at = [&](int i) { return RowVector(data.efc_J + static_cast<Eigen::Index>(row + i) * nv, nv); };
-  const auto set = [&](int i, double error, double stiffness, double damping, double mass) {
-    const double rate = row_at(i).dot(Eigen::Map<const Eigen::RowVectorXd>(data.qvel, nv));
-    const double inertia = h * (h * stiffness + damping), share = inertia / (inertia + mass);
-    const double force = -stiffness * error - (damping + share * h * stiffness) * rate;
-    data.efc_pos[row + i] = error;
-    data.efc_vel[row + i] = rate;
-    data.efc_D[row + i] = inertia;
-    data.efc_R[row + i] = 1.0 / inertia;
-    data.efc_aref[row + i] = force / inertia;
-  };
   const auto hold_at = [&](int i, double error, double stiffness, double mass) {
-    set(i, error, stiffness, kDampingTime * stiffness, mass);
+    set_spring(model, data, row + i, {stiffness, kDampingTime * stiffness, mass}, error);
   };
   for (int i = 0; i < 2; ++i) {
     row_at(i).noalias() = R.col(i).transpose() * shift;
@@ -251,31 +274,21 @@ void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int r
 
   // Friction: a spring that is never stretched farther than it holds. It is soft, as its row adds an inertia that goes
   // with its stiffness.
+  const double h = timestep_;
   const double limit = friction_limit(screw), stiffness = limit / kFrictionAngle, damping = h * stiffness;
-  set(5, 0.0, stiffness, damping, screw.inertia);
+  set_spring(model, data, row + 5, {stiffness, damping, screw.inertia}, 0.0);
   const double rate = data.efc_vel[row + 5];
   screw.hold.twist = std::clamp(screw.hold.twist + h * rate, -kFrictionAngle, kFrictionAngle);
   const double torque = std::clamp(-stiffness * screw.hold.twist - damping * rate, -limit, limit);
   data.efc_aref[row + 5] = torque * data.efc_R[row + 5];
 }
 
-namespace {
-
-/// The first row of an equality constraint; -1: it is not active.
-int row_of(const mjData& data, int equality) {
-  for (int row = 0; row < data.ne; ++row) {
-    if (data.efc_type[row] == mjCNSTR_EQUALITY && data.efc_id[row] == equality) return row;
-  }
-  return -1;
-}
-
-}  // namespace
-
 void ThreadLaw::prepare(const mjModel& model, mjData& data) {
   for (Screw& screw : screws_) {
-    const int row = screw.hold.bore >= 0 ? row_of(data, screw.equality) : -1;
+    const int row = screw.hold.bore >= 0 ? row_of_equality(data, screw.equality) : -1;
     if (row >= 0) set_rows(model, data, screw, row);
   }
+  drives_.prepare(model, data);
 }
 
 void ThreadLaw::finish_step(mjModel& model, mjData& data) {
@@ -283,9 +296,8 @@ void ThreadLaw::finish_step(mjModel& model, mjData& data) {
   mj_fwdActuation(&model, &data);
   mj_fwdAcceleration(&model, &data);
   mj_fwdConstraint(&model, &data);
-  publish(data);
-  data.flg_rnepost = 0;  // forces in joints are those of the step before
-  mj_sensorAcc(&model, &data);
+  remember_forces(data);
+  sense(model, data);
   mj_checkAcc(&model, &data);
   if (model.opt.integrator == mjINT_EULER) {
     mj_Euler(&model, &data);
@@ -294,33 +306,50 @@ void ThreadLaw::finish_step(mjModel& model, mjData& data) {
   }
 }
 
-void ThreadLaw::publish(mjData& data) {
+void ThreadLaw::remember_forces(const mjData& data) {
   for (Screw& screw : screws_) {
-    const int row = screw.hold.bore >= 0 ? row_of(data, screw.equality) : -1;
+    const int row = screw.hold.bore >= 0 ? row_of_equality(data, screw.equality) : -1;
+    if (row >= 0) screw.hold.axial = data.efc_force[row + 2];
+  }
+}
+
+/// Sensors count what welds exert, in axes that are not those of these rows. In their place, forces are applied to the
+/// bodies while the sensors are computed.
+void ThreadLaw::sense(const mjModel& model, mjData& data) {
+  std::copy_n(data.xfrc_applied, applied_.size(), applied_.begin());
+  for (const Screw& screw : screws_) {
+    const int row = screw.hold.bore >= 0 ? row_of_equality(data, screw.equality) : -1;
     if (row < 0) continue;
     const ThreadedBore& bore = bores_[static_cast<std::size_t>(screw.hold.bore)];
     const Pose X_WB = pose_at(data.geom_xpos + 3 * bore.geom, data.geom_xmat + 9 * bore.geom) * bore.figures.X_GB;
-    Eigen::Map<Vector3d> force(data.efc_force + row), torque(data.efc_force + row + 3);
-    screw.hold.axial = force.z();
+    const Vector3d tip = pose_at(data.xpos + 3 * screw.body, data.xmat + 9 * screw.body) * screw.X_OT.translation();
+    const Vector3d force = Eigen::Map<const Vector3d>(data.efc_force + row);
+    Vector3d torque = Eigen::Map<const Vector3d>(data.efc_force + row + 3);
     torque.z() -= screw.thread.pitch / kTurnOnce * force.z();
-    force = (X_WB.linear() * force).eval();
-    torque = (X_WB.linear() * torque).eval();
+    take_weld(data, row, screw.body, bore.body, {X_WB.linear() * force, X_WB.linear() * torque, tip});
   }
+  drives_.sense(data);
+  data.flg_rnepost = 0;  // forces in joints are those of the step before
+  mj_sensorAcc(&model, &data);
+  std::ranges::copy(applied_, data.xfrc_applied);
 }
 
 void ThreadLaw::resume(mjModel& model, mjData& data, Solids& solids) {
   for (const Screw& screw : screws_) apply(model, data, solids, screw);
+  drives_.resume(model, data);
 }
 
 void ThreadLaw::stream(StateStream& state) {
   for (Screw& screw : screws_) {
     Hold& hold = screw.hold;
-    state(hold.bore);
+    for (std::int64_t* bore : {&hold.bore, &hold.mouth}) state(*bore);
     for (bool* flag : {&hold.crossed, &hold.seated}) state(*flag);
-    for (double* value : {&hold.angle, &hold.begin, &hold.height, &hold.twist, &hold.axial}) state(*value);
+    for (double* value : {&hold.angle, &hold.begin, &hold.height, &hold.twist, &hold.axial, &hold.pulled, &hold.begun})
+      state(*value);
     state.vector(hold.off);
     state.vector(hold.lean);
   }
+  drives_.stream(state);
 }
 
 std::vector<std::string> ThreadLaw::screw_names() const {

@@ -9,6 +9,7 @@
 
 #include "core/base/time.h"
 #include "sim/device.h"
+#include "sim/drive_law.h"
 #include "sim/solids.h"
 #include "sim/world_description.h"
 
@@ -41,17 +42,15 @@ class ThreadLaw {
   ThreadLaw() = default;
   /// Realtime: setup.
   ThreadLaw(const mjModel_& model, const WorldDescription& description, const Solids& solids);
-  [[nodiscard]] bool empty() const { return screws_.empty() || bores_.empty(); }
+  [[nodiscard]] bool empty() const { return screws_.empty(); }
 
   /// As mj_step2, with the constraint of each screw in its thread. Realtime: cyclic.
   void finish_step(mjModel_& model, mjData_& data);
   /// Once per physics step, between its halves: sets the rows of the screws that are caught. Realtime: cyclic.
   void prepare(const mjModel_& model, mjData_& data);
-  /// After the solver, before sensors: reports forces as those of a weld, which is what sensors expect.
-  /// Realtime: cyclic.
-  void publish(mjData_& data);
-  /// After the positions have changed: catches and releases. Realtime: cyclic.
-  void watch(mjModel_& model, mjData_& data, Solids& solids, Nanoseconds now);
+  /// After the positions have changed: catches and releases.
+  /// @return true: constraints and contacts of this state are others now, and must be made again. Realtime: cyclic.
+  [[nodiscard]] bool watch(mjModel_& model, mjData_& data, Solids& solids, Nanoseconds now);
   /// After stream() has read another state. Realtime: setup.
   void resume(mjModel_& model, mjData_& data, Solids& solids);
   void stream(StateStream& state);
@@ -85,6 +84,9 @@ class ThreadLaw {
     Eigen::Vector2d lean = Eigen::Vector2d::Zero();  ///< rad, about x and y of the bore
     double twist = 0.0;                              ///< rad, stretch of friction's spring
     double axial = 0.0;                              ///< N, of the thread on the screw along the axis in the last step
+    double pulled = 0.0;                             ///< s, for which it has pulled as at a seat
+    std::int64_t mouth = -1;                         ///< of a free screw: the bore in whose mouth it turns; -1: none
+    double begun = 0.0;                              ///< rad, to the right, that it has turned there
   };
   struct Screw {
     std::string name;
@@ -100,16 +102,24 @@ class ThreadLaw {
                                const ThreadedBore& bore) const;
   [[nodiscard]] bool catches(const Screw& screw, const ThreadedBore& bore, const Stand& stand) const;
   void take(std::size_t screw, std::size_t bore, const Stand& stand, Nanoseconds now);
+  [[nodiscard]] bool rests(const mjModel_& model, const mjData_& data, const Screw& screw,
+                           const ThreadedBore& bore) const;
+  bool lets_go(const mjModel_& model, const mjData_& data, std::size_t index, Nanoseconds now);
+  bool starts(const mjModel_& model, const mjData_& data, std::size_t index, Nanoseconds now);
   void apply(mjModel_& model, mjData_& data, Solids& solids, const Screw& screw) const;
   void set_rows(const mjModel_& model, mjData_& data, Screw& screw, int row);
   [[nodiscard]] double friction_limit(const Screw& screw) const;
+  void remember_forces(const mjData_& data);
+  void sense(const mjModel_& model, mjData_& data);
   [[nodiscard]] bool occupied(std::size_t bore) const;
   void report(ThreadEvent::Kind kind, std::size_t screw, std::size_t bore, Nanoseconds now);
 
   double timestep_ = 0.001;
   std::vector<Screw> screws_;
   std::vector<ThreadedBore> bores_;
+  DriveLaw drives_;
   std::vector<double> jacobians_;  ///< scratch: four of 3 x nv
+  std::vector<double> applied_;    ///< scratch: forces on bodies from outside
   std::array<ThreadEvent, kEvents> events_{};
   std::size_t event_count_ = 0;
 };

@@ -313,7 +313,7 @@ void World::Impl::physics_step(int substep) {
   for (auto& watch : watches) watch.update(*m, *d);
   if (contact_list) contact_list->update(*m, *d);
   look();
-  if (!threads.empty()) threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1));
+  if (!threads.empty() && threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1))) look();
 }
 
 /// Positions and velocities of all bodies, and what touches.

@@ -5,8 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/device/arm.h"
-#include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 
 namespace takt::scenario::tool_changer_test {
@@ -14,40 +13,21 @@ namespace {
 
 using takt::test::Reports;
 using takt::test::ReportsAnywhere;
-using test::models;
 using test::parsed;
+using test::Ran;
+using test::refusal;
+using test::run_kept;
 using testing::AllOf;
 
-struct Ran {
-  std::unique_ptr<Session> session;
-  RunReport report;
-
-  [[nodiscard]] const BuiltCell& built() const { return session->built(); }
-  [[nodiscard]] const command::Cell& cell() const { return built().cell; }
-  [[nodiscard]] Eigen::Vector3d truth(const std::string& side) const {
-    return built().world->body_pose(built().world->body(side + "/plate")).translation();
-  }
-  /// Beyond what is fixed to the arm, kg.
-  [[nodiscard]] double load() const {
-    const command::MountedArm& arm = cell().arms.at("arm");
-    return arm.device->tool().payload.mass - arm.unloaded->mass;
-  }
-};
-
-Ran run(Description description) {
-  auto session = Session::create(std::move(description), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  Ran ran{.session = std::move(*session), .report = {}};
-  ran.report = ran.session->run({});
-  return ran;
+/// Where a tool side truly is, m.
+Eigen::Vector3d truth(const Ran& ran, const std::string& side) {
+  return ran.built().world->body_pose(ran.built().world->body(side + "/plate")).translation();
 }
 
-Diagnostics refusal(Description description) {
-  const auto session = Session::create(std::move(description), models());
-  return session ? Diagnostics() : session.error();
+/// What the controller is told beyond what is fixed to the arm, kg.
+double load(const Ran& ran) {
+  const command::MountedArm& arm = ran.cell().arms.at("arm");
+  return arm.device->tool().payload.mass - arm.unloaded->mass;
 }
 
 /// An arm with a changer over two stands with a hole: a probe lies in the left one, a gripper in the right one.
@@ -85,7 +65,7 @@ constexpr const char* kUp = R"({"do": "lin", "to": {"by_m": [0, 0, 0.2]}, "tool"
 const std::string kTakeProbe = std::string(kToProbe) + R"({"do": "couple", "tool": "probe"},)" + kUp;
 
 TEST(ToolChanges, WhatIsCoupledIsAToolOfTheArm) {
-  const Ran ran = run(two_tools(
+  const Ran ran = run_kept(two_tools(
       kTakeProbe +
           R"(, {"do": "lin", "name": "with the probe", "to": {"by_m": [0.05, 0, 0]}, "tool": "probe", "speed": 0.3})",
       R"(, "expectations": [
@@ -101,16 +81,16 @@ TEST(ToolChanges, WhatIsCoupledIsAToolOfTheArm) {
   // Through changer, tool side and probe: 36 mm, 22 mm and 110 mm.
   EXPECT_NEAR(cell.tools.at("probe").X_FT.at("tcp").translation().z(), 0.168, 1e-9);
   EXPECT_NEAR(cell.arms.at("arm").X_FT.translation().z(), 0.168, 1e-9) << "the last step named it";
-  EXPECT_NEAR(ran.load(), 0.285 + 0.099, 0.002) << "tool side and probe, for the controller";
-  EXPECT_NEAR((ran.truth("probe side") - cell.frames.pose("probe side")->translation()).norm(), 0.0, 0.001);
+  EXPECT_NEAR(load(ran), 0.285 + 0.099, 0.002) << "tool side and probe, for the controller";
+  EXPECT_NEAR((truth(ran, "probe side") - cell.frames.pose("probe side")->translation()).norm(), 0.0, 0.001);
 }
 
 TEST(ToolChanges, WhatIsUncoupledStaysWhereItIs) {
-  const Ran ran = run(two_tools(kTakeProbe + R"(,
+  const Ran ran = run_kept(two_tools(kTakeProbe + R"(,
       {"do": "lin", "to": {"in": "left", "position_m": [0, 0, 0]}, "tool": "changer", "velocity_m_s": 0.1},
       {"do": "uncouple", "onto": "left dock"},)" +
-                                    kUp,
-                                R"(, "expectations": [
+                                         kUp,
+                                     R"(, "expectations": [
         {"kind": "object_pose", "object": "probe side", "in": "left", "position_m": [0, 0, 0],
          "position_within_m": 0.0005, "angle_within_deg": 0.2},
         {"kind": "belief", "frame": "probe side", "position_within_m": 0.001, "angle_within_deg": 0.2}])"));
@@ -119,17 +99,17 @@ TEST(ToolChanges, WhatIsUncoupledStaysWhereItIs) {
   EXPECT_TRUE(ran.cell().held.empty());
   EXPECT_EQ(ran.cell().tools.at("probe").arm, "");
   EXPECT_EQ(ran.cell().standing_on("probe side"), "left dock");
-  EXPECT_NEAR(ran.load(), 0.0, 1e-9);
+  EXPECT_NEAR(load(ran), 0.0, 1e-9);
 }
 
 TEST(ToolChanges, AToolMayHangOnTheChangerAtTheStart) {
-  const Ran ran = run(two_tools(R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "speed": 0.3})", "",
-                                R"(, "tool": "probe")", R"("on": "changer")"));
+  const Ran ran = run_kept(two_tools(R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "speed": 0.3})", "",
+                                     R"(, "tool": "probe")", R"("on": "changer")"));
   ASSERT_NE(ran.session, nullptr);
   ASSERT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
   EXPECT_EQ(ran.cell().tools.at("probe").arm, "arm");
-  EXPECT_NEAR(ran.load(), 0.285 + 0.099, 0.002);
-  EXPECT_LT((ran.truth("probe side") - ran.cell().frames.pose("probe side")->translation()).norm(), 0.001);
+  EXPECT_NEAR(load(ran), 0.285 + 0.099, 0.002);
+  EXPECT_LT((truth(ran, "probe side") - ran.cell().frames.pose("probe side")->translation()).norm(), 0.001);
 }
 
 // -- Found before the run ---------------------------------------------------------------------------------------------
@@ -183,7 +163,7 @@ TEST(ToolChanges, WrongCellsAreReported) {
 // -- In the run -------------------------------------------------------------------------------------------------------
 
 TEST(ToolChanges, WithoutAirTheStepFails) {
-  const Ran ran = run(two_tools(
+  const Ran ran = run_kept(two_tools(
       kTakeProbe, R"(, "faults": [{"at_s": 0, "do": "tool_changer", "changer": "changer", "fault": "no_air"}])"));
   ASSERT_NE(ran.session, nullptr);
   EXPECT_EQ(ran.report.verdict, Verdict::kError);
@@ -196,9 +176,9 @@ TEST(ToolChanges, AToolSideThatIsNotThereIsNotCoupled) {
   const std::string push =
       R"(, "faults": [{"at_s": 0.05, "do": "push", "body": "probe side/plate", "force_N": [9, 0, 0],
                        "seconds": 0.012}])";
-  const Ran ran = run(two_tools(kTakeProbe, push));
+  const Ran ran = run_kept(two_tools(kTakeProbe, push));
   ASSERT_NE(ran.session, nullptr);
-  const double aside = ran.truth("probe side").x() - 0.5;
+  const double aside = truth(ran, "probe side").x() - 0.5;
   ASSERT_GT(aside, 0.0015) << "the push was strong enough";
   EXPECT_EQ(ran.report.verdict, Verdict::kError);
   EXPECT_THAT(ran.report.diagnostics, Reports(Code::kConditionNotMet, "/program/steps/2", {"changer"}));
@@ -216,7 +196,7 @@ TEST(ToolChanges, ALostToolIsNoticedAndItsTcpIsAFault) {
   EXPECT_THAT(ran.report.diagnostics, Reports(Code::kNotPossibleNow, "/program/steps/5/tool", {"probe"}));
   EXPECT_FALSE(ran.cell().knows("probe side"));
   EXPECT_EQ(ran.cell().tools.at("probe").arm, "");
-  EXPECT_NEAR(ran.load(), 0.0, 1e-9);
+  EXPECT_NEAR(load(ran), 0.0, 1e-9);
 }
 
 TEST(ToolChanges, FaultsOfTheScenarioNameAChanger) {

@@ -117,6 +117,16 @@ TEST(Thread, AScrewGoesInByItsPitchATurn) {
   }
 }
 
+/// Pulled up by more than what tells a seat, far from the end of its thread.
+TEST(Thread, AScrewThatSomebodyPullsIsNotSeated) {
+  World world = make(screw_over_thread(kSizes[3], 0.0));
+  Hand hand(world);
+  ASSERT_TRUE(hand.turn(0.3, 6.0, 1000));
+  world.push(world.body("screw"), {0.0, 0.0, 30.0});
+  ASSERT_TRUE(hand.turn(0.3, 6.0, 200));
+  EXPECT_EQ(kinds(world), (std::vector{Kind::kCaught}));
+}
+
 TEST(Thread, TheHeadSeatsAndTheTorqueStaysInTheScrew) {
   const ThreadSize& size = kSizes[3];
   WorldDescription description = screw_over_thread(size, 0.0);
@@ -154,12 +164,21 @@ TEST(Thread, TurnedBackItIsFreeAgain) {
     ASSERT_TRUE(world.step());
   }
   EXPECT_EQ(kinds(world), (std::vector{Kind::kCaught, Kind::kReleased}));
+  // Nothing pushes it as it is let go.
+  data->qfrc_applied[dof + 5] = 0.0;
+  const Vector3d before = Eigen::Map<const Vector3d>(data->qvel + dof);
+  ASSERT_TRUE(world.step());
+  EXPECT_LT((Eigen::Map<const Vector3d>(data->qvel + dof) - before).norm(), 0.015);  // m/s: gravity's share is 0.0098
 }
 
 TEST(Thread, ACrossedThreadIsHeavyWithinAQuarterTurn) {
   for (const ThreadSize& size : kSizes) {
     const double crossing = std::atan(0.5 * size.pitch / size.major);
-    World world = make(screw_over_thread(size, 1.5 * crossing));
+    // It floats just clear of the chamfer, so that it stays as it leans until it is caught.
+    WorldDescription description = screw_over_thread(size, 1.5 * crossing);
+    description.physics.gravity = Vector3d::Zero();
+    description.objects[1].mount.X_P.translation().z() += 0.4 * size.pitch;
+    World world = make(description);
     Hand hand(world);
     // Twice the run-down torque is what one would notice; it comes to rest before 90 degrees.
     ASSERT_TRUE(hand.turn(2.0 * size.run_down, 3.0, 2000));
@@ -185,6 +204,64 @@ TEST(Thread, NothingIsCaughtThatDoesNotFit) {
   WorldDescription aside = screw_over_thread(kSizes[3], 0.0);
   aside.objects[1].mount.X_P.translation() += Vector3d(0.003, 0.0, 0.002);
   EXPECT_FALSE(caught(aside, 0.001)) << "beside the mouth";
+}
+
+/// A hand that shakes turns it to and fro by 1.5 degrees.
+TEST(Thread, WobblingDoesNotStartAThread) {
+  World world = make(screw_over_thread(kSizes[3], 0.0));
+  auto* data = const_cast<mjData*>(world.physics_data());
+  const int dof = world.physics_model()->body_dofadr[world.body("screw")];
+  for (int i = 0; i < 500; ++i) {
+    data->qvel[dof + 5] = i / 10 % 2 == 0 ? 2.5 : -2.5;
+    ASSERT_TRUE(world.step());
+  }
+  EXPECT_TRUE(world.threads().events().empty());
+}
+
+/// The block stands on a sensor, which feels what the thread does to it.
+TEST(Thread, ASensorUnderTheBlockFeelsTheTorque) {
+  WorldDescription description = screw_over_thread(kSizes[3], 0.0);
+  RobotDescription sensor;
+  sensor.name = "sensor";
+  sensor.model = model("ft_gamma");
+  sensor.mount.X_P.translation().z() = -0.2;
+  description.robots.push_back(sensor);
+  description.objects[0].mount.parent = "sensor/tool";
+  description.objects[0].mount.X_P = Pose::Identity();
+  SimForceTorqueDescription wrist;
+  wrist.name = "wrist";
+  wrist.tool_side = "sensor/measuring";
+  description.force_torque_sensors.push_back(wrist);
+  const World measured = make(description);
+  const double mouth = measured.body_pose(measured.body("block")).translation().z() + 0.015;
+  description.objects[1].mount.X_P.translation().z() += mouth;
+
+  World world = make(description);
+  Hand hand(world);
+  ASSERT_TRUE(hand.turn(0.5, 6.0, 800));
+  ASSERT_EQ(kinds(world), (std::vector{Kind::kCaught}));
+  const Vector3d torque = wrench(world).wrench.torque;
+  EXPECT_NEAR(torque.z(), -hand.applied(), 0.02 * kSizes[3].run_down);
+  EXPECT_LT(torque.head<2>().norm(), 0.001);
+}
+
+/// Also from the cycle in which it is caught.
+TEST(Thread, AStateGoesOnBitForBit) {
+  World world = make(screw_over_thread(kSizes[3], 0.0));
+  auto* data = const_cast<mjData*>(world.physics_data());
+  data->qfrc_applied[world.physics_model()->body_dofadr[world.body("screw")] + 5] = -2e-6;
+  std::vector<Snapshot> snapshots;
+  for (int i = 0; i < 120; ++i) {
+    snapshots.push_back(world.save());
+    ASSERT_TRUE(world.step());
+  }
+  ASSERT_EQ(kinds(world), (std::vector{Kind::kCaught}));
+  const Snapshot end = world.save();
+  for (std::size_t i = 0; i < snapshots.size(); ++i) {
+    ASSERT_TRUE(world.restore(snapshots[i]));
+    for (std::size_t k = i; k < snapshots.size(); ++k) ASSERT_TRUE(world.step());
+    ASSERT_EQ(world.save(), end) << "from cycle " << i;
+  }
 }
 
 TEST(Thread, IsPartOfTheStateAndAllocatesNothing) {

@@ -1,0 +1,61 @@
+#include "sim/spring_row.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <mujoco/mujoco.h>
+#include <Eigen/Geometry>
+
+namespace takt::sim {
+namespace {
+
+constexpr double kSilentInertia = 1e-10;  // MuJoCo divides by it
+
+double* jacobian_of(const mjModel& model, const mjData& data, int row) { return data.efc_J + row * model.nv; }
+
+/// @param inertia  that the step adds, kg or kg m^2
+void set_force(mjData& data, int row, double inertia, double force) {
+  data.efc_D[row] = inertia;
+  data.efc_R[row] = 1.0 / inertia;
+  data.efc_aref[row] = force / inertia;
+}
+
+}  // namespace
+
+int row_of_equality(const mjData& data, int equality) {
+  for (int row = 0; row < data.ne; ++row) {
+    if (data.efc_type[row] == mjCNSTR_EQUALITY && data.efc_id[row] == equality) return row;
+  }
+  return -1;
+}
+
+double rate_of_row(const mjModel& model, const mjData& data, int row) {
+  return mju_dot(jacobian_of(model, data, row), data.qvel, static_cast<int>(model.nv));
+}
+
+void set_spring(const mjModel& model, mjData& data, int row, const RowSpring& spring, double stretch) {
+  const double rate = rate_of_row(model, data, row), h = model.opt.timestep;
+  const double inertia = h * (h * spring.stiffness + spring.damping), share = inertia / (inertia + spring.mass);
+  data.efc_pos[row] = stretch;
+  data.efc_vel[row] = rate;
+  set_force(data, row, inertia, -spring.stiffness * stretch - (spring.damping + share * h * spring.stiffness) * rate);
+}
+
+void silence_rows(const mjModel& model, mjData& data, int first, int count) {
+  for (int row = first; row < first + count; ++row) {
+    std::fill_n(jacobian_of(model, data, row), model.nv, 0.0);
+    data.efc_pos[row] = data.efc_vel[row] = 0.0;
+    set_force(data, row, kSilentInertia, 0.0);
+  }
+}
+
+void take_weld(mjData& data, int row, int first, int second, const RowWrench& wrench) {
+  std::fill_n(data.efc_force + row, 6, 0.0);
+  for (const auto& [body, sign] : {std::pair(first, 1.0), std::pair(second, -1.0)}) {
+    const Eigen::Vector3d arm = wrench.point - Eigen::Map<const Eigen::Vector3d>(data.xipos + 3 * body);
+    Eigen::Map<Eigen::Vector3d>(data.xfrc_applied + 6 * body) += sign * wrench.force;
+    Eigen::Map<Eigen::Vector3d>(data.xfrc_applied + 6 * body + 3) += sign * (wrench.torque + arm.cross(wrench.force));
+  }
+}
+
+}  // namespace takt::sim
