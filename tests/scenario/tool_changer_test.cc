@@ -187,9 +187,9 @@ TEST(ToolChanges, AToolSideThatIsNotThereIsNotCoupled) {
 
 TEST(ToolChanges, ALostToolIsNoticedAndItsTcpIsAFault) {
   const Ran ran =
-      run(two_tools(kTakeProbe + R"(, {"do": "wait", "seconds": 8},
+      run_kept(two_tools(kTakeProbe + R"(, {"do": "wait", "seconds": 8},
       {"do": "lin", "name": "without it", "to": {"by_m": [0, 0, 0.02]}, "tool": "probe"})",
-                    R"(, "faults": [{"at_s": 8, "do": "tool_changer", "changer": "changer", "fault": "opens"}],
+                         R"(, "faults": [{"at_s": 8, "do": "tool_changer", "changer": "changer", "fault": "opens"}],
       "expectations": [{"kind": "event", "source": "changer", "event": "lost", "times": 1}])"));
   ASSERT_NE(ran.session, nullptr);
   EXPECT_EQ(ran.report.verdict, Verdict::kError);
