@@ -17,6 +17,7 @@
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
 #include "core/motion/reach_text.h"
+#include "core/operations/clear_blends.h"
 
 namespace takt::activity {
 namespace {
@@ -318,7 +319,7 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& request
     return motion::SequencePlan{.motion = std::move(*motion), .notes = std::move(placed), .handed_over = {}};
   }
   const motion::ArmModel arm = command::planning_model(cell.arms.find(first.arm)->second);
-  auto plan = motion::plan_sequence(arm, q, leg_makers(requests, cell, around));
+  auto plan = plan_clear_sequence(requests, cell, arm, q, leg_makers(requests, cell, around), around);
   if (!plan) return std::unexpected(of_motions(plan.error(), requests));
   plan->notes = notes_of_motions(plan->notes, requests);
   return plan;

@@ -12,6 +12,7 @@
 namespace takt::scenario::move_test {
 namespace {
 
+using takt::test::Notes;
 using takt::test::Reports;
 using takt::test::ReportsAnywhere;
 using test::models;
@@ -56,6 +57,24 @@ TEST(Move, IsBlendedWithItsNeighbours) {
   const Diagnostics said = rehearsed(cell_with(kRight + up + to_the_left("move", R"(, "blend_m": 0.02)") + down));
   EXPECT_THAT(said, Not(ReportsAnywhere(Code::kCollision)));
   EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
+/// Up beside a block and over it, 6 mm above: a blend of 60 mm cuts the corner into the block.
+TEST(Move, ABlendThatCutsTheCornerIntoSomethingIsMadeSmaller) {
+  const std::string block = R"(, "block": {"shape": "box", "size_m": [0.2, 0.15, 0.3675],
+      "at": {"in": "world", "position_m": [0.538, 0.105, 0.18375]}})";
+  const auto over = [&](const std::string& word, const std::string& blend) {
+    return rehearsed(cell_with(kRight + R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.12]}, "blend_m": )" +
+                                   blend + R"(}, {"do": ")" + word +
+                                   R"(", "name": "over", "to": {"in": "world", "position_m": [0.466, 0.269, 0.386],
+                                        "rpy_deg": [0, 180, 30]}})",
+                               block));
+  };
+  EXPECT_THAT(over("ptp", "0.06"), ReportsAnywhere(Code::kCollision, {"block"})) << "the same corner";
+  const Diagnostics said = over("move", "0.06");
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Notes("/program/steps/1/blend_m", {"up"}));
+  EXPECT_THAT(over("move", "0.02"), Not(Notes("/program/steps/1/blend_m"))) << "as it was asked for";
 }
 
 TEST(Move, TakesAHeldPartAround) {
