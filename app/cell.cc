@@ -263,6 +263,10 @@ activity::Frame Cell::frame(const std::string& name) { return {runtime(), name};
 activity::Actuator Cell::gripper(const std::string& name) {
   return {runtime(), device_of(model().grippers, name, "gripper")};
 }
+
+activity::Actuator Cell::tool_changer(const std::string& name) {
+  return {runtime(), device_of(model().changers, name, "tool changer")};
+}
 activity::Actuator Cell::output(const std::string& name) {
   std::map<std::string, bool, std::less<>> outputs;  // digital and analog ones share one name space
   for (const auto& [one, device] : model().digital_outputs) outputs[one] = true;

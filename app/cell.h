@@ -49,6 +49,7 @@ class Cell {
   // -- Devices by name. No name: the only one of its kind. Throw ActivityError with the nearest name. -----------------
   [[nodiscard]] activity::Actuator arm(const std::string& name = {});
   [[nodiscard]] activity::Actuator gripper(const std::string& name = {});
+  [[nodiscard]] activity::Actuator tool_changer(const std::string& name = {});
   [[nodiscard]] activity::Actuator output(const std::string& name = {});
   /// What the surroundings exert on the tool side of a force/torque sensor, weight and tared bias taken out, in its
   /// measuring frame. A later tare() counts for sensors that are asked for after it.

@@ -21,6 +21,7 @@
 #include "core/expression/frame_sensors.h"
 #include "core/operations/actuator_interfaces.h"
 #include "core/operations/composed_device.h"
+#include "core/operations/frame_handle.h"
 #include "core/operations/two_arms.h"
 
 namespace takt::app {
@@ -38,6 +39,7 @@ using activity::Reaction;
 using activity::RunFailure;
 using activity::RunPtr;
 using activity::RunState;
+using activity::ScopedFrame;
 
 // Who does it, and what it offers.
 using activity::Actuator;
@@ -56,10 +58,12 @@ using activity::MotionInterface;
 using activity::OutputInterface;
 using activity::PtpInterface;
 using activity::RegisterInterface;
+using activity::ToolChangerInterface;
 using activity::TwoArms;
 
 // How: parameters.
 using activity::BlendingCondition;
+using activity::CoupleParameters;
 using activity::FollowParameters;
 using activity::FreedriveParameters;
 using activity::GripParameters;
@@ -70,6 +74,7 @@ using activity::PressParameters;
 using activity::ReleaseParameters;
 using activity::SearchParameters;
 using activity::SetParameters;
+using activity::UncoupleParameters;
 using command::CartesianCompliance;
 using command::JointCompliance;
 using command::Stiff;

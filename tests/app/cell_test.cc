@@ -263,6 +263,32 @@ TEST(Cell, L6_AnAbortBetweenTwoNetsStopsTheNextOne) {
   EXPECT_LT(aborted.sim_time, 0.5);
 }
 
+TEST(Cell, AToolIsChangedAsInAFile) {
+  Cell cell("tool_change.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const Actuator arm = cell.arm();
+  const auto motion = arm.use<MotionInterface>();
+  const auto changer = cell.tool_changer().use<ToolChangerInterface>();
+  const auto above = [&](double height) { return cell.frame("probe side").offset(0, 0, -height).in("arm"); };
+  EXPECT_THAT(error_of([&] { arm.use_tool("probe"); }), Reports(Code::kNotPossibleNow, "/arm/tool", {"probe"}));
+  arm.use_tool("changer");
+  motion.ptp(above(0.06)).execute();
+  EXPECT_THAT(error_of([&] { changer.couple().execute(); }), takt::test::ReportsAnywhere(Code::kConditionNotMet))
+      << "60 mm above it";
+  changer.uncouple().execute();
+  motion.lin(above(0.0), {.linear_velocity = 0.05}).execute();
+  changer.couple({.tool = "probe"}).execute();
+  arm.use_tool("probe");
+  motion.lin_by({0.0, 0.0, 0.16}).execute();
+  EXPECT_NEAR(arm.tcp("probe").translation().z(), arm.tcp("changer").translation().z() + 0.022 + 0.11, 1e-9);
+  EXPECT_THAT(error_of([&] { changer.couple().execute(); }), takt::test::ReportsAnywhere(Code::kConflict));
+  const Eigen::Isometry3d back = cell.frame("probe place").in("arm");
+  arm.use_tool("changer");
+  motion.lin(back, {.linear_velocity = 0.1}).execute();
+  changer.uncouple({.onto = "probe dock"}).execute();
+  EXPECT_LT((cell.frame("probe side").in("probe place").translation()).norm(), 1e-3);
+  EXPECT_THAT(error_of([&] { arm.use_tool("probe"); }), Reports(Code::kNotPossibleNow, "/arm/tool", {"probe"}));
+}
+
 TEST(Cell, AMoveGoesAroundAndIsRefusedWhereItsGoalCollides) {
   Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
   const auto motion = cell.arm().use<MotionInterface>();
