@@ -157,7 +157,8 @@ void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::W
     diagnostics.error(Code::kInvalidValue, device.pointer(), "this device has to be mounted on an arm",
                       "\"on\": NAME of an arm or sensor");
   }
-  if (side && (device.as<device::ForceTorqueDescription>() || device.as<device::ToolChangerDescription>()))
+  if (side && (device.as<device::ForceTorqueDescription>() || device.as<device::ToolChangerDescription>() ||
+               device.as<device::ArmDescription>()))
     diagnostics.error(Code::kUnsupported, device.pointer() + "/on",
                       fmt::format("'{}' is a tool side: it carries tools only", side->entry->name),
                       "a place between the arm and its tool changer");

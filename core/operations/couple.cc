@@ -87,6 +87,19 @@ Diagnostics check_coupled(const Cell& cell, const CoupleParameters& parameters, 
   return diagnostics;
 }
 
+/// What hangs on the arm then, tool sides with their tools, against what it may carry.
+Diagnostics check_carried(const Cell& cell, const std::string& changer) {
+  Diagnostics diagnostics;
+  const std::string& name = changer_in(cell, changer).arm;
+  const command::MountedArm& arm = cell.arms.find(name)->second;
+  const double most = arm.device->description().payload_max;
+  const double carried = command::tool_setting(cell, name).payload.mass;
+  if (most > 0.0 && carried > most)
+    diagnostics.error(Code::kLimitExceeded, "", fmt::format("'{}' carries {:.2f} kg then", name, carried),
+                      fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", most, arm.device->description().model));
+  return diagnostics;
+}
+
 std::string side_of_number(const Cell& cell, const MountedChanger& changer, double number) {
   for (const auto& [name, side] : cell.tool_sides)
     if (side.size == changer.size && side.number == std::lround(number)) return name;
@@ -109,6 +122,7 @@ void note_coupled(const CoupleParameters& parameters, const LockOutcome& outcome
   command::tell_tool_settings(context.cell);
   context.event(parameters.changer, "coupled", side);
   diagnostics.append(check_coupled(context.cell, parameters, side));
+  diagnostics.append(check_carried(context.cell, parameters.changer));
 }
 
 Diagnostics leave_tool(Cell& cell, const UncoupleParameters& parameters, const kinematics::JointVector& q) {
@@ -235,6 +249,7 @@ class CoupleCommand final : public LockCommand {
     const auto side = side_to_couple(rehearsal.cell, parameters_, *X_WC);
     if (!side) return diagnostics.append(side.error());
     diagnostics.append(command::couple(rehearsal.cell, parameters_.changer, *side));
+    diagnostics.append(check_carried(rehearsal.cell, parameters_.changer));
   }
   void note(const LockOutcome& outcome, Context& context, Diagnostics& diagnostics) const override {
     note_coupled(parameters_, outcome, context, diagnostics);

@@ -149,6 +149,20 @@ TEST(ToolChanges, WrongUseIsFoundBeforeTheRun) {
       << "the coupled probe is part of the arm";
 }
 
+/// A weight is screwed to the probe's tool side.
+TEST(ToolChanges, AToolThatIsTooHeavyForTheArmIsFoundBeforeTheRun) {
+  Description description = two_tools(kTakeProbe);
+  ObjectEntry weight;
+  weight.name = "weight";
+  weight.at.in = "probe side";
+  weight.at.X.translation() = Eigen::Vector3d(0.0, 0.0, 0.05);
+  weight.parts.push_back({world::Box{{0.02, 0.02, 0.02}}, Eigen::Isometry3d::Identity()});
+  weight.part_pointers.emplace_back("/objects/weight");
+  weight.mass_kg = 6.8;
+  description.objects.push_back(weight);
+  EXPECT_THAT(refusal(std::move(description)), Reports(Code::kLimitExceeded, "/program/steps/2", {"arm", "lwr4plus"}));
+}
+
 TEST(ToolChanges, WrongCellsAreReported) {
   EXPECT_THAT(refusal(two_tools("", "", "", R"("at": {"in": "left"})", "1")),
               Reports(Code::kDuplicate, "/devices/gripper side/settings/number"));
@@ -158,6 +172,25 @@ TEST(ToolChanges, WrongCellsAreReported) {
               Reports(Code::kInvalidValue, "/devices/probe side/on", {"arm"}));
   EXPECT_THAT(refusal(two_tools("", "", "", R"("on": "changer")")), Reports(Code::kMissing, "/devices/arm/tool"))
       << "the changer and the probe: a default is never guessed";
+}
+
+TEST(ToolChanges, WhatCannotHangThereIsReported) {
+  const auto devices = [](const std::string& more) {
+    return parsed(R"({"devices": {"arm": {"model": "lwr4plus"}, "changer": {"model": "tool_changer", "on": "arm"},
+        "side": {"model": "tool_side", "settings": {"number": 1}}, )" +
+                  more + R"(}, "program": {"do": "sequence", "steps": []}})");
+  };
+  EXPECT_THAT(refusal(devices(R"("wrist": {"model": "ft_gamma", "on": "side"})")),
+              Reports(Code::kUnsupported, "/devices/wrist/on", {"side"}));
+  EXPECT_THAT(refusal(devices(R"("second": {"model": "ur5", "on": "side"})")),
+              Reports(Code::kUnsupported, "/devices/second/on", {"side"}));
+  EXPECT_THAT(refusal(devices(R"("loose": {"model": "tool_changer"})")),
+              Reports(Code::kInvalidValue, "/devices/loose"));
+  EXPECT_THAT(refusal(devices(R"("other": {"model": "tool_side", "on": "side", "settings": {"number": 2}})")),
+              Reports(Code::kInvalidValue, "/devices/other/on", {"side"}));
+  EXPECT_THAT(refusal(devices(R"("other": {"model": "tool_side", "on": "changer", "settings": {"number": 2}},
+                                 "third": {"model": "tool_side", "on": "changer", "settings": {"number": 3}})")),
+              Reports(Code::kConflict, "/devices/third/on", {"other"}));
 }
 
 // -- In the run -------------------------------------------------------------------------------------------------------

@@ -427,6 +427,7 @@ const std::vector<takt::test::Excuse> kElsewhere = {
     {"operations/couple.cc", Code::kTimeout, "likewise"},
     {"operations/couple.cc", Code::kConflict, "likewise"},
     {"operations/couple.cc", Code::kUnknownName, "likewise"},
+    {"operations/couple.cc", Code::kLimitExceeded, "likewise"},
     {"operations/tool_choice.cc", Code::kNotPossibleNow, "likewise"},
     {"operations/grip.cc", Code::kNotPossibleNow, "likewise"},
     {"program/tree/sequence_node.cc", Code::kConflict, "BlockFramesTest.AreTheirSequencesOwn"},
