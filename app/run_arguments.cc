@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -98,19 +100,68 @@ bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
 }  // namespace
 
+void add_film_view_options(CLI::App& parser, FilmViewArguments& arguments) {
+  parser.add_option("--eye", arguments.eye, "A camera that no file has: where it is, m in world, with --look-at")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->allow_extra_args(false);
+  parser.add_option("--look-at", arguments.look_at, "The point that this camera looks at, m in world")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->allow_extra_args(false);
+  parser
+      .add_option("--show", arguments.show,
+                  "Marks of the film, instead of the scenario's: traces, beams, forces, commanded, frames")
+      ->type_name("NAME,...")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+}
+
+std::optional<sim::FreeCamera> parse_view(const FilmViewArguments& arguments, Diagnostics& diagnostics) {
+  if (arguments.eye.empty() && arguments.look_at.empty()) return std::nullopt;
+  if (arguments.eye.size() != 3 || arguments.look_at.size() != 3) {
+    diagnostics.error(Code::kRequires, arguments.eye.empty() ? "--look-at" : "--eye",
+                      "a camera has a point where it is and one that it looks at", "--eye X,Y,Z --look-at X,Y,Z");
+    return std::nullopt;
+  }
+  std::array<double, 3> eye{}, target{};
+  std::ranges::copy(arguments.eye, eye.begin());
+  std::ranges::copy(arguments.look_at, target.begin());
+  const auto usable = [](double v) { return std::isfinite(v) && std::abs(v) < 1e6; };
+  if (!std::ranges::all_of(eye, usable) || !std::ranges::all_of(target, usable)) {
+    diagnostics.error(Code::kOutOfRange, "--eye", "a camera so far away", "numbers below 1e6 m");
+    return std::nullopt;
+  }
+  const double distance = std::hypot(eye[0] - target[0], eye[1] - target[1], eye[2] - target[2]);
+  if (distance < 1e-6) {
+    diagnostics.error(Code::kInvalidValue, "--look-at", "the camera is at the point that it looks at", "another point");
+    return std::nullopt;
+  }
+  return sim::camera_from(eye, target);
+}
+
 void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_option("--video", arguments.video, "Film of the run (MP4, H.264)")->type_name("OUT.mp4");
   parser.add_option("--video-from", arguments.video_from, "The film begins at this simulated time, s")
       ->type_name("S")
       ->check(CLI::Range(0.0, 1e6));
-  parser.add_option("--camera", arguments.camera, "Camera of the film; without it the scenario's cuts")
+  parser.add_option("--video-to", arguments.video_to, "The film ends at this simulated time, s")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 1e6));
+  parser
+      .add_option("--camera", arguments.camera,
+                  "Camera of the film; without it the scenario's cuts; fit: one that fits the cell")
       ->type_name("NAME");
+  add_film_view_options(parser, arguments.film);
   parser.add_option("--size", arguments.size, "Size of the film")->type_name("WxH")->capture_default_str();
   parser.add_option("--fps", arguments.fps, "Pictures per second of the film")->capture_default_str();
   parser.add_option("--record", arguments.record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
   parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, too");
   parser
-      .add_option("--log", arguments.log, "What is told on stderr while it runs: debug, info, warning, error, or none")
+      .add_option("--log", arguments.log,
+                  "What is reported on stderr while it runs: debug, info, warning, error, or none")
       ->type_name("LEVEL")
       ->capture_default_str();
   parser.add_option("--site", arguments.site, "Site file: back ends of the devices")->type_name("FILE");
@@ -144,6 +195,12 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   }
   if (arguments.video_from > 0.0 && arguments.video.empty())
     diagnostics.error(Code::kRequires, "--video-from", "there is no film that could begin then", "--video OUT.mp4");
+  if (arguments.video_to && arguments.video.empty())
+    diagnostics.error(Code::kRequires, "--video-to", "there is no film that could end then", "--video OUT.mp4");
+  if (arguments.video_to && *arguments.video_to < arguments.video_from)
+    diagnostics.error(Code::kOutOfRange, "--video-to",
+                      fmt::format("{:g} s is before {:g} s", *arguments.video_to, arguments.video_from),
+                      "a time after --video-from");
   check_log_level(arguments.log, diagnostics);
   check_products(arguments, inputs, diagnostics);
   parsed.open.overrides = parse_sets(arguments.sets, diagnostics);
@@ -153,6 +210,9 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   parsed.open.site = parse_site(arguments, diagnostics);
   parsed.run.video = arguments.video;
   parsed.run.video_from = arguments.video_from;
+  if (arguments.video_to) parsed.run.video_to = *arguments.video_to;
+  parsed.run.view = parse_view(arguments.film, diagnostics);
+  parsed.run.show = arguments.film.show;
   parsed.run.camera = arguments.camera;
   parsed.run.fps = arguments.fps;
   parsed.run.record = arguments.record;

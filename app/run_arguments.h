@@ -14,11 +14,23 @@ class App;
 
 namespace takt::app {
 
+/// What a command line may say of what a film shows, of a run or of a recording.
+struct FilmViewArguments {
+  std::vector<double> eye, look_at;  ///< m in world, three each; empty: not asked for
+  std::optional<std::vector<std::string>> show;
+};
+/// --eye, --look-at and --show; `arguments` outlives the parser. Realtime: setup.
+void add_film_view_options(CLI::App& parser, FilmViewArguments& arguments);
+/// The camera that they ask for; nothing: none, or what they say is wrong, which goes to `diagnostics`.
+[[nodiscard]] std::optional<sim::FreeCamera> parse_view(const FilmViewArguments& arguments, Diagnostics& diagnostics);
+
 /// What a command line may say of a run, of a scenario's program or of one in C++.
 struct RunArguments {
   std::string video, camera, size = "1280x720", record, log = "info";
   int fps = 25;
   double video_from = 0.0;
+  std::optional<double> video_to;
+  FilmViewArguments film;
   bool realtime = false, record_blocks = false;
   std::optional<std::string> seed;
   std::vector<std::string> sets;

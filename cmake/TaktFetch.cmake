@@ -54,6 +54,16 @@ function(takt_fetch_coacd)
   set(TAKT_COACD_ROOT ${root} PARENT_SCOPE)
 endfunction()
 
+# Run by Python when a xacro file is imported; TAKT_XACRO_ROOT holds the package xacro.
+function(takt_fetch_xacro)
+  takt_archive(xacro.txt)
+  set(root ${CMAKE_BINARY_DIR}/_deps/xacro-2.1.1)
+  if(NOT EXISTS ${root})
+    file(ARCHIVE_EXTRACT INPUT ${TAKT_ARCHIVE} DESTINATION ${root})
+  endif()
+  set(TAKT_XACRO_ROOT ${root} PARENT_SCOPE)
+endfunction()
+
 function(takt_fetch_ruckig)
   takt_archive(ruckig.txt)
   set(root ${CMAKE_BINARY_DIR}/_deps/ruckig-0.19.4)

@@ -67,6 +67,7 @@ if(TAKT_SIM)
   install(DIRECTORY ${mujoco_headers}/mujoco DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
   install(DIRECTORY ${TAKT_COACD_ROOT}/coacd ${TAKT_COACD_ROOT}/coacd.libs DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt
     FILES_MATCHING PATTERN "*.so*")
+  install(DIRECTORY ${TAKT_XACRO_ROOT}/xacro DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt/xacro FILES_MATCHING PATTERN "*.py")
 endif()
 
 # The licences of all that is in what is installed: MuJoCo is copied, Ruckig and headers are compiled in, the rest is linked.
@@ -75,6 +76,7 @@ install(FILES ${TAKT_RUCKIG_LICENCES} DESTINATION ${licences}/ruckig)
 if(TAKT_SIM)
   install(FILES ${TAKT_MUJOCO_LICENCES} DESTINATION ${licences}/mujoco)
   install(FILES ${TAKT_COACD_ROOT}/coacd-1.0.14.dist-info/LICENSE DESTINATION ${licences}/coacd)
+  install(FILES ${TAKT_XACRO_ROOT}/xacro-2.1.1.dist-info/licenses/LICENSE DESTINATION ${licences}/xacro)
   set(compiled_in)
   foreach(header eigen3/Eigen/Core nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp)
     find_file(found_header ${header} NO_CACHE)

@@ -1,5 +1,6 @@
-# A layer is a folder: takt_layer(<folder with / as _> <targets it may use...> [ALONE <files...>]) makes the static
-# library takt_<name> from every .cc in the folder. Its tests lie in tests/<folder>, its benchmarks in bench/<folder>.
+# A layer is a folder: takt_layer(<folder with / as _> <targets it may use...> [IN_CYCLE] [ALONE <files...>]) makes the
+# static library takt_<name> from every .cc in the folder; IN_CYCLE: much of it runs in each cycle. Its tests lie in
+# tests/<folder>, its benchmarks in bench/<folder>.
 
 # Most of the time of a compiler here goes into the headers (a file of 200 lines: 1 s to load the precompiled header,
 # 3 s for JSON, 1 s for itself), so several files of a folder are compiled as one; docs/benchmarks.md has what
@@ -45,10 +46,11 @@ endfunction()
 
 # What a precompiled header depends on, for ccache: the header itself, the compiler, the libraries in it.
 function(takt_pch_checksum target header)
+  get_target_property(options ${target} COMPILE_OPTIONS)
   file(SHA256 ${header} checksum)
   file(SHA256 ${CMAKE_SOURCE_DIR}/cmake/pch.h base)
   set(text "${checksum} ${base} ${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_CXX_FLAGS} ${CMAKE_BUILD_TYPE} \
-${TAKT_SANITIZE} ${Eigen3_VERSION} ${fmt_VERSION} ${nlohmann_json_VERSION} ${GTest_VERSION}")
+${TAKT_SANITIZE} ${options} ${Eigen3_VERSION} ${fmt_VERSION} ${nlohmann_json_VERSION} ${GTest_VERSION}")
   foreach(system_header /usr/include/eigen3/Eigen/Core /usr/include/nlohmann/json.hpp /usr/include/fmt/format.h)
     if(EXISTS ${system_header})
       file(SHA256 ${system_header} checksum)
@@ -58,15 +60,30 @@ ${TAKT_SANITIZE} ${Eigen3_VERSION} ${fmt_VERSION} ${nlohmann_json_VERSION} ${GTe
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${target}.dir/cmake_pch.hxx.gch.sum "${text}\n")
 endfunction()
 
-# One precompiled header for all code, one more for tests.
-add_library(takt_pch OBJECT ${CMAKE_SOURCE_DIR}/cmake/pch.cc)
-target_link_libraries(takt_pch PUBLIC Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
-target_include_directories(takt_pch PUBLIC ${CMAKE_SOURCE_DIR})
-target_precompile_headers(takt_pch PRIVATE ${CMAKE_SOURCE_DIR}/cmake/pch.h)
-takt_pch_checksum(takt_pch ${CMAKE_SOURCE_DIR}/cmake/pch.h)
+# takt_pch_library(<name> <options...>): a precompiled header of all code that is compiled with these options. GCC takes
+# its parameters from the header, so code with others needs another one.
+function(takt_pch_library name)
+  add_library(${name} OBJECT ${CMAKE_SOURCE_DIR}/cmake/pch.cc)
+  target_link_libraries(${name} PUBLIC Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_compile_options(${name} PRIVATE ${ARGN})
+  target_precompile_headers(${name} PRIVATE ${CMAKE_SOURCE_DIR}/cmake/pch.h)
+  takt_pch_checksum(${name} ${CMAKE_SOURCE_DIR}/cmake/pch.h)
+endfunction()
+
+# GCC lets a small file grow without limit by inlining, a large one by two fifths. A batch is large, so code that runs
+# in the cycle would lose what its files alone had: a tenth of the time of a cycle and of a plan (docs/benchmarks.md).
+set(TAKT_CYCLE_OPTIONS)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(TAKT_CYCLE_OPTIONS "SHELL:--param inline-unit-growth=400")
+endif()
+
+# One precompiled header for the code of the cycle, one for all other code, one more for tests.
+takt_pch_library(takt_pch)
+takt_pch_library(takt_cycle_pch ${TAKT_CYCLE_OPTIONS})
 
 function(takt_layer name)
-  cmake_parse_arguments(LAYER "" "" "ALONE" ${ARGN})
+  cmake_parse_arguments(LAYER "IN_CYCLE" "" "ALONE" ${ARGN})
   set(libraries ${LAYER_UNPARSED_ARGUMENTS})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
   set(target takt_${name})
@@ -80,7 +97,12 @@ function(takt_layer name)
   add_library(${target} STATIC ${sources})
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
   target_link_libraries(${target} PUBLIC ${libraries} Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
-  target_precompile_headers(${target} REUSE_FROM takt_pch)
+  if(LAYER_IN_CYCLE)
+    target_compile_options(${target} PRIVATE ${TAKT_CYCLE_OPTIONS})
+    target_precompile_headers(${target} REUSE_FROM takt_cycle_pch)
+  else()
+    target_precompile_headers(${target} REUSE_FROM takt_pch)
+  endif()
 endfunction()
 
 # takt_link_whole(<target> <libraries...>): all members of these static libraries, used or not. CMake's own

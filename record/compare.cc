@@ -111,11 +111,11 @@ class TableComparer {
 
   /// Two tables of equal columns.
   void compare(const Table& a, const Table& b) {
-    // States have no units to judge by; the digest covers them.
-    const bool is_state = a_.find_channel(a.topic)->schema == kSimStateSchema;
+    // States have no units to judge by; the digest covers them. Which contacts there are depends on the processor.
+    const bool only_shown = a_.find_channel(a.topic)->schema == kSimStateSchema || a.topic == kContactForceTopic;
     for (std::size_t i = 0; i < std::min(a.columns.size(), b.columns.size()); ++i) {
       Tolerance otherwise{.kind = ToleranceKind::kReportOnly};
-      if (!is_state) otherwise = default_tolerance(a.topic, b.units[i]);
+      if (!only_shown) otherwise = default_tolerance(a.topic, b.units[i]);
       const Tolerance tolerance = choose_tolerance(options_.rules, a.topic, a.columns[i], otherwise);
       const std::size_t points = plot_points_ < kMostPlotPoints ? options_.plot_points : 0;
       ColumnComparison column =

@@ -25,6 +25,10 @@ inline constexpr std::string_view kBlockTopic = "/blocks";
 inline constexpr std::string_view kProgramTopic = "/program";
 /// Topic of what touches in a simulation: events for people, whose times depend on the processor.
 inline constexpr std::string_view kContactTopic = "/contacts";
+/// Topic of the greatest contact forces on machines, in columns "1.point.x" ... "8.force.z", m and N in world; null
+/// where there are fewer. For people as well.
+inline constexpr std::string_view kContactForceTopic = "/contact_forces";
+inline constexpr std::size_t kMostContactForces = 8;
 /// Topic of the log as other tools show it (foxglove.Log); takt's own events say the same and more.
 inline constexpr std::string_view kLogTopic = "/log";
 

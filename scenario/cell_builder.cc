@@ -11,7 +11,9 @@
 #include "core/device/composed_device.h"
 #include "core/device/material.h"
 #include "core/device/plant_file.h"
+#include "core/device/tool_changer.h"
 #include "core/expression/moving_frames.h"
+#include "core/expression/tool_settings.h"
 #include "core/kinematics/chain.h"
 #include "core/primitives/cell_solids.h"
 #include "scenario/cell_collisions.h"
@@ -33,7 +35,8 @@ namespace {
 std::string object_pointer(const ObjectEntry& object) { return "/objects" + pointer_segment(object.name); }
 
 sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) {
-  if (!device.on) return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
+  if (!device.on || device.as<device::ToolSideDescription>())
+    return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
   const auto place = device.on->kind->mount_place(*device.on->model).value_or(MountPlace{});
   return {device.on->entry->name + "/" + place.link, place.X_LP * device.entry->mount};
 }
@@ -149,10 +152,15 @@ sim::ContactParameters surface_of(const ObjectEntry& entry) {
 void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::WorldDescription& world,
               Diagnostics& diagnostics) {
   device.kind->check(device, diagnostics);
-  if (device.kind->needs_arm() && !carrying_arm(device)) {
+  const LoadedDevice* side = tool_side_under(device);
+  if (device.kind->needs_arm() && !carrying_arm(device) && !side) {
     diagnostics.error(Code::kInvalidValue, device.pointer(), "this device has to be mounted on an arm",
                       "\"on\": NAME of an arm or sensor");
   }
+  if (side && (device.as<device::ForceTorqueDescription>() || device.as<device::ToolChangerDescription>()))
+    diagnostics.error(Code::kUnsupported, device.pointer() + "/on",
+                      fmt::format("'{}' is a tool side: it carries tools only", side->entry->name),
+                      "a place between the arm and its tool changer");
   world.robots.push_back(device.kind->body(device, mount_of(device, truth)));
   world.robots.back().pointer = device.pointer();
   auto plant = device::read_plant(*device.model);
@@ -178,6 +186,10 @@ std::string body_of(const std::string& frame, const Ground& ground) {
     const auto object = std::ranges::find(description.objects, name, &ObjectEntry::name);
     if (object != description.objects.end() && !object->fixed && object->model.empty()) return object->name;
     const world::Relation& relation = *frames.believed.relation(name);
+    const auto device = std::ranges::find(devices, name, [](const auto& one) { return one->entry->name; });
+    if (device != devices.end())
+      if (const auto side = (*device)->as<device::ToolSideDescription>())
+        return (*device)->entry->name + "/" + side->coupling_link;
     if (relation.kind == world::Relation::Kind::kLink) return command::link_frame(relation.source, relation.link);
     if (relation.kind != world::Relation::Kind::kFlange) continue;
     const auto carrier = std::ranges::find(devices, relation.source, [](const auto& one) { return one->entry->name; });
@@ -186,9 +198,11 @@ std::string body_of(const std::string& frame, const Ground& ground) {
   return {};
 }
 
-/// The frame of a body: an object, a link of an arm, its flange.
+/// The frame of a body: an object, a link of an arm, its flange, a tool side.
 std::string moving_frame(const std::string& body, const world::FrameGraph& frames) {
-  return frames.contains(body) ? body : command::flange_frame(body.substr(0, body.find('/')));
+  if (frames.contains(body)) return body;
+  const std::string owner = body.substr(0, body.find('/'));
+  return frames.contains(command::flange_frame(owner)) ? command::flange_frame(owner) : owner;
 }
 
 /// What is placed in a frame rides on whatever the frame rides on: a flange, a base, an object that moves; else it
@@ -354,6 +368,24 @@ void add_composed(const Description& description, BuiltCell& built, Diagnostics&
   }
 }
 
+/// Tool sides with all that is mounted on them: objects that tool changers carry.
+void add_tool_sides(LoadedDevices devices, const sim::WorldDescription& simulated, const CellFrames& frames,
+                    BuiltCell& built) {
+  for (const auto& device : devices) {
+    const auto side = device->as<device::ToolSideDescription>();
+    if (!side) continue;
+    const std::string& name = device->entry->name;
+    const device::PayloadSetting whole = device::combine(device::rigid_payload(*side->robot),
+                                                         sim::nominal_payload(simulated, name, side->coupling_link));
+    world::Object& known = built.cell.objects[name];
+    known.name = name;
+    known.mass = {whole.mass, whole.p_FC, whole.I_C};
+    known.fixed = false;
+    built.truth_W[name] = frames.truth.pose(name).value_or(Eigen::Isometry3d::Identity());
+    built.true_body[name] = name + "/" + side->coupling_link;
+  }
+}
+
 /// Tells each arm what it carries, as a technician would enter it: from the data sheets, not from the simulation.
 void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnostics& diagnostics) {
   for (auto& [name, arm] : built.cell.arms) {
@@ -361,9 +393,10 @@ void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnos
     const device::PayloadSetting carried = sim::nominal_payload(simulated, name, model.flange_link);
     arm.unloaded = carried;
     arm.device->set_tool({arm.X_FT, carried});
-    if (model.payload_max == 0.0 || carried.mass <= model.payload_max) continue;
+    const double mass = carried.mass + built.cell.load_of(name).mass;
+    if (model.payload_max == 0.0 || mass <= model.payload_max) continue;
     diagnostics.error(Code::kLimitExceeded, "/devices" + pointer_segment(name),
-                      fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, carried.mass),
+                      fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, mass),
                       fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", model.payload_max, model.model));
   }
 }
@@ -409,7 +442,12 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   }
   if (std::ranges::any_of(simulated.objects, [](const auto& object) { return object.screw.has_value(); }))
     simulated.physics.timestep = kTimestepWithScrews;
+  add_tool_sides(devices, simulated, frames, built);
   complete_surfaces(description, models, simulated, diagnostics);
+  for (const FrameEntry& frame : description.frames)
+    if (const auto X_WF = frames.truth.pose(frame.name))
+      built.frames_on[frame.name] = mount_in(frame.name, *X_WF, ground);
+  built.beams = simulated.beams;
   for (const CameraEntry& camera : description.cameras) {
     simulated.cameras.push_back(simulated_camera(camera, ground, diagnostics));
   }
@@ -441,6 +479,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   add_composed(description, built, diagnostics);
   add_emergency_stop(description, built, diagnostics);
   set_tools(simulated, built, diagnostics);
+  command::tell_tool_settings(built.cell);  // of arms that have a tool coupled
   built.cell.shapes = cell_shapes(description, simulated, built.cell, diagnostics);
   // No device has such a name.
   built.cell.solids = &built.core->add("cell/solids", std::make_unique<primitives::CellSolids>(built.cell.shapes));
@@ -483,6 +522,10 @@ command::Cell names_of_cell(const Description& description, const device::ModelL
     if (!kind) kind = kinds.find(device.on.empty() ? "arm" : "force_torque_sensor");
     kind->declare(device, model ? model->get() : nullptr, cell);
     if (model) add_tool_name(device, *kind, **model, cell);
+  }
+  for (const DeviceEntry& device : description.devices) {
+    const auto tool = cell.tools.find(device.name);
+    if (tool != cell.tools.end() && cell.tool_sides.contains(device.on)) tool->second.side = device.on;
   }
   for (const ObjectEntry& object : description.objects) cell.objects[object.name];
   for (const NetEntry& net : description.nets) cell.nets[net.name] = net.net;

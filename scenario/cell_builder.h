@@ -27,8 +27,10 @@ struct BuiltCell {
   world::FrameGraph start;                                    ///< every frame as it truly is at the start
   std::map<std::string, std::string, std::less<>> true_body;  ///< of objects that move: name of the body
   std::map<std::string, std::shared_ptr<FaultySensor>, std::less<>> faulty_sensors;  ///< that faults of the file name
-  int triangles = 0;                                 ///< of the scene, for the visual budget
-  std::optional<device::ModelLibrary> library = {};  ///< where its models come from
+  std::map<std::string, sim::Mount, std::less<>> frames_on;  ///< frames of the file: the bodies they ride on, for films
+  std::vector<sim::SimBeamDescription> beams;                ///< for films
+  int triangles = 0;                                         ///< of the scene, for the visual budget
+  std::optional<device::ModelLibrary> library = {};          ///< where its models come from
 
   /// Where a frame truly is at the start, in the world; identity if it is not there, which is reported elsewhere.
   [[nodiscard]] Eigen::Isometry3d true_start(std::string_view frame) const {

@@ -43,6 +43,25 @@ std::vector<int> joints_of(const CellShapes& shapes, const std::string& device, 
   return joints;
 }
 
+std::vector<int> bodies_of(const CellShapes& shapes, const std::string& owner) {
+  std::vector<int> bodies;
+  for (int body = 0; body < static_cast<int>(shapes.scene.bodies().size()); ++body)
+    if (shapes.scene.body(body).owner == owner) bodies.push_back(body);
+  return bodies;
+}
+
+/// Tool sides are parts that changers carry; the two are made to meet.
+void add_couplings(const sim::WorldDescription& simulated, CellShapes& shapes) {
+  for (const sim::SimToolSideDescription& side : simulated.tool_sides) {
+    shapes.objects.insert(side.name);
+    shapes.free_objects.insert(side.name);
+    for (const sim::SimToolChangerDescription& changer : simulated.tool_changers)
+      if (changer.size == side.size)
+        for (const int a : bodies_of(shapes, changer.name))
+          for (const int b : bodies_of(shapes, side.name)) shapes.couplings.insert(std::minmax(a, b));
+  }
+}
+
 void find_mechanisms(const command::Cell& cell, CellShapes& shapes) {
   for (const auto& [name, arm] : cell.arms) {
     const device::ArmDescription& model = arm.device->description();
@@ -83,6 +102,7 @@ std::shared_ptr<const CellShapes> cell_shapes(const Description& description, co
   shapes->off = description.collisions.off;
   for (const sim::RobotDescription& robot : simulated.robots) add_robot(robot, cell, *shapes, diagnostics);
   for (const ObjectEntry& entry : description.objects) add_object(entry, cell, *shapes);
+  add_couplings(simulated, *shapes);
   shapes->scene.find_pairs_that_never_meet();
   find_mechanisms(cell, *shapes);
   accept_home(cell, *shapes);

@@ -75,13 +75,21 @@ void CellFrames::want_arm(const LoadedDevice& arm) {
 }
 
 /// What is mounted rides on the flange of the arm that carries it: an arm with its base, a tool with its mount frame
-/// and its tool centre points.
+/// and its tool centre points. What is mounted on a tool side goes with that one, wherever it is.
 void CellFrames::want_mounted(const LoadedDevice& device) {
   const LoadedDevice* carrier = carrying_arm(device);
-  if (!carrier) return;
-  const std::string &name = device.entry->name, &arm = carrier->entry->name;
-  const Isometry3d X_FM = pose_on_arm(device);
-  wanted_.push_back({device.pointer(), name, "/on", on_flange(arm, X_FM), fixed_in(command::flange_frame(arm), X_FM)});
+  const std::string& name = device.entry->name;
+  if (const LoadedDevice* side = tool_side_under(device)) {
+    const Relation relation = fixed_in(side->entry->name, pose_on_side(device));
+    wanted_.push_back({device.pointer(), name, "/on", relation, relation});
+  } else if (carrier) {
+    const std::string& arm = carrier->entry->name;
+    const Isometry3d X_FM = pose_on_arm(device);
+    wanted_.push_back(
+        {device.pointer(), name, "/on", on_flange(arm, X_FM), fixed_in(command::flange_frame(arm), X_FM)});
+  } else {
+    return;
+  }
   for (const auto& [tcp, X_MT] : tcps_of(device)) {
     const Relation relation = fixed_in(name, X_MT);
     wanted_.push_back({device.pointer(), name + "/" + tcp, "", relation, relation});

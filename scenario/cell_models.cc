@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "core/device/tool_changer.h"
+
 namespace takt::scenario {
 namespace {
 
@@ -82,16 +84,31 @@ const LoadedDevice* carrying_arm(const LoadedDevice& device) {
   return carrier;
 }
 
-Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) {
-  Eigen::Isometry3d X_FM = device.entry->mount;
+const LoadedDevice* tool_side_under(const LoadedDevice& device) {
+  const LoadedDevice* carrier = device.on;
+  while (carrier && !carrier->as<device::ToolSideDescription>()) carrier = carrier->on;
+  return carrier;
+}
+
+namespace {
+
+/// Pose of a device's mount frame in the mount frame of the first device below it of one of these models.
+template <class Model>
+Eigen::Isometry3d pose_on(const LoadedDevice& device) {
+  Eigen::Isometry3d X = device.entry->mount;
   for (const LoadedDevice* carrier = device.on; carrier; carrier = carrier->on) {
     const auto place = carrier->kind->mount_place(*carrier->model);
-    X_FM = place.value_or(MountPlace{}).X_MP * X_FM;
-    if (carrier->as<device::ArmDescription>()) break;
-    X_FM = carrier->entry->mount * X_FM;
+    X = place.value_or(MountPlace{}).X_MP * X;
+    if (carrier->as<Model>()) break;
+    X = carrier->entry->mount * X;
   }
-  return X_FM;
+  return X;
 }
+
+}  // namespace
+
+Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) { return pose_on<device::ArmDescription>(device); }
+Eigen::Isometry3d pose_on_side(const LoadedDevice& device) { return pose_on<device::ToolSideDescription>(device); }
 
 device::PayloadSetting mass_below(const kinematics::RobotModel& model, const std::string& link) {
   // Links come parents first, so one pass knows the pose of every link below.

@@ -21,6 +21,12 @@ namespace takt::scenario {
 /// The arm that carries a device through whatever is between; null if it stands in the room.
 [[nodiscard]] const LoadedDevice* carrying_arm(const LoadedDevice& device);
 
+/// The tool side of a tool changer that a device is mounted on, directly or through others; null: none.
+[[nodiscard]] const LoadedDevice* tool_side_under(const LoadedDevice& device);
+
+/// Pose of a mounted device's mount frame in the coupling face of the tool side below it.
+[[nodiscard]] Eigen::Isometry3d pose_on_side(const LoadedDevice& device);
+
 /// Pose of a mounted device's mount frame in the flange of the arm that carries it.
 [[nodiscard]] Eigen::Isometry3d pose_on_arm(const LoadedDevice& device);
 

@@ -128,6 +128,7 @@ void CellRun::before_cycle() {
 
 bool CellRun::after_cycle() {
   if (!built_.world->step()) {
+    diverged_ = true;
     report_.diagnostics.error(Code::kInternal, {},
                               fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
     return false;
@@ -157,6 +158,8 @@ bool CellRun::look_on(const std::string& current) {
 bool CellRun::look_at_contacts() {
   const auto contacts = built_.world->take_contacts();
   contact_log_.look(contacts, [this](auto name, const auto& text) { note("contact", name, text); });
+  if (film_) film_->touched(contacts);
+  if (recorder_) recorder_->add_contacts(contacts);
   const auto where = [this] { return where_ ? where_() : std::string(); };
   fault_watch_.look(contact_log_, where,
                     [this](auto source, auto name, const auto& text) { note(source, name, text); });
@@ -255,6 +258,7 @@ void CellRun::note(std::string_view source, std::string_view name, std::string_v
   follow_steps(entry);
   for (const auto& expectation : expectations_) expectation->happened(entry);
   if (recorder_) recorder_->add_event(entry);
+  if (film_) film_->happened(entry);
   if (options_.tell) options_.tell(entry);
   log_.add(std::move(entry));
 }
@@ -279,20 +283,44 @@ void CellRun::step_begun(std::string_view name) {
   for (const auto& expectation : expectations_) expectation->step_begins(name);
 }
 
-void CellRun::close_products() {
-  if (recorder_) {
-    const record::RecorderStatus status = recorder_->close();
-    if (report_.realtime) report_.realtime->cycles_not_recorded = static_cast<std::int64_t>(status.dropped_cycles);
-    if (!status.error.empty())
-      report_.diagnostics.error(Code::kFileNotWritable, {}, "the recording stopped: " + status.error);
-    report_.products.push_back(options_.record.string());
+void CellRun::close_recording() {
+  if (!recorder_) return;
+  const record::RecorderStatus status = recorder_->close();
+  if (report_.realtime) report_.realtime->cycles_not_recorded = static_cast<std::int64_t>(status.dropped_cycles);
+  if (!status.error.empty())
+    report_.diagnostics.error(Code::kFileNotWritable, {}, "the recording stopped: " + status.error);
+  report_.products.push_back(options_.record.string());
+}
+
+/// What failed, for a second more, in the film alone: everything brakes, and who watches can read why. Nothing of it is
+/// in the report, which is made.
+void CellRun::film_aftermath(bool interrupted) {
+  constexpr Nanoseconds kShown = kSecond;
+  const auto wrong = std::ranges::find(report_.expectations, false, &ExpectationResult::passed);
+  const bool broke_off = report_.diagnostics.has_errors();
+  if (!film_ || interrupted || film_->is_over() || (!broke_off && wrong == report_.expectations.end())) return;
+  if (!broke_off) film_->failed(fmt::format("not held: {}: {}", wrong->name, wrong->measured));
+  const bool simulated = !options_.realtime && built_.site->drivers().empty() && !diverged_;
+  if (!simulated) return report_.diagnostics.append(film_->hold(kShown));
+  built_.core->stop_all(net::Cause::Code::kAborted, "the run has ended");
+  for (Nanoseconds end = built_.core->time() + kShown; built_.core->time() < end && !film_->is_over();) {
+    built_.core->step();
+    if (!built_.world->step()) break;
+    film_->touched(built_.world->take_contacts());
+    if (auto failed = film_->add_state({}, variables_.biases); failed.has_errors())
+      return report_.diagnostics.append(failed);
   }
+}
+
+void CellRun::close_film() {
   if (!film_) return;
+  const Clock::time_point begin = Clock::now();
   const auto film = film_->close();
   if (!film) {
     report_.diagnostics.append(film.error());
     return;
   }
+  report_.wall_time += Stopwatch::seconds_since(begin);
   report_.frames = film->frames;
   report_.timing.rendering += film->render_cpu_s;
   report_.products.push_back(options_.video.string());
@@ -309,7 +337,7 @@ void CellRun::tell_end(bool interrupted) {
 
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
   tell_end(interrupted);
-  close_products();
+  close_recording();
   report_.log = log_.entries();
   report_.log_omitted = log_.omitted();
   report_.wall_time = Stopwatch::seconds_since(start_);
@@ -327,6 +355,8 @@ RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& 
   }
   const bool whole = !interrupted && !report_.diagnostics.has_errors();
   const bool held = judge(whole ? run_again : std::function<std::string()>());
+  film_aftermath(interrupted);
+  close_film();
   if (interrupted) {
     report_.verdict = Verdict::kInterrupted;
   } else if (report_.diagnostics.has_errors()) {

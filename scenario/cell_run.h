@@ -90,7 +90,9 @@ class CellRun {
   [[nodiscard]] bool heard_from(const std::string& device) const;
   [[nodiscard]] std::string why_waiting(const std::string& device) const;
   [[nodiscard]] bool starts_where_assumed();
-  void close_products();
+  void close_recording();
+  void film_aftermath(bool interrupted);
+  void close_film();
   void measure_core();
   [[nodiscard]] bool judge(const std::function<std::string()>& run_again);
 
@@ -112,6 +114,7 @@ class CellRun {
   std::vector<std::string> steps_begun_;
   std::vector<std::string> steps_running_;  ///< their paths
   std::size_t screw_events_ = 0;            ///< that have been told
+  bool diverged_ = false;                   ///< the physics has no state to go on from
   std::optional<rcc::Watchdog> watchdog_;   ///< of lock-step
   RunReport report_;
   Clock::time_point start_, last_progress_;

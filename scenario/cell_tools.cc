@@ -1,9 +1,13 @@
 #include "scenario/cell_tools.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "core/expression/tool_coupling.h"
 
 #include "scenario/cell_frames.h"
 #include "scenario/cell_models.h"
@@ -22,14 +26,23 @@ void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diag
   const auto tcps = tcps_of(device);
   const LoadedDevice* arm = carrying_arm(device);
   const std::string& wanted = device.entry->tcp;
-  if (tcps.empty() || !arm) {
+  const LoadedDevice* side = tool_side_under(device);
+  if (tcps.empty() || !(arm || side)) {
     if (!wanted.empty())
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/tcp",
                         fmt::format("'{}' is no tool, it has no tool centre point", device.entry->name), "no 'tcp'");
     return;
   }
-  command::MountedTool tool{.arm = arm->entry->name, .ball_radius = device.kind->ball_radius(*device.model)};
-  for (const auto& [name, X_MT] : tcps) tool.X_FT[name] = pose_on_arm(device) * X_MT;
+  // On a tool side it hangs on an arm once that is coupled.
+  command::MountedTool tool{.arm = side ? std::string() : arm->entry->name,
+                            .ball_radius = device.kind->ball_radius(*device.model)};
+  for (const auto& [name, X_MT] : tcps) tool.X_FT[name] = (side ? pose_on_side(device) : pose_on_arm(device)) * X_MT;
+  if (side) {
+    tool.side = side->entry->name;
+    tool.X_ST = tool.X_FT;
+    if (const auto gripper = cell.grippers.find(device.entry->name); gripper != cell.grippers.end())
+      gripper->second.arm.clear();
+  }
   if (!wanted.empty()) tool.tcp = wanted;
   if (!tcps.contains(tool.tcp)) {
     diagnostics.error(wanted.empty() ? Code::kMissing : Code::kUnknownName, device.pointer() + "/tcp",
@@ -61,15 +74,41 @@ std::string default_tool(const LoadedDevice& arm, const command::Cell& cell, Dia
     return {};
   }
   if (std::ranges::find(tools, wanted) != tools.end()) return wanted;
+  if (const auto tool = cell.tools.find(wanted); tool != cell.tools.end() && !tool->second.side.empty()) return wanted;
   diagnostics.error(Code::kUnknownName, pointer, fmt::format("'{}' carries no tool '{}'", arm.entry->name, wanted),
                     tools.empty() ? "a tool that is mounted \"on\" it" : nearest_choice(wanted, tools));
   return {};
+}
+
+/// Tool sides that the file has on a changer. Two of the same size with one number could not be told apart.
+void couple_at_start(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnostics) {
+  std::map<std::pair<std::string, int>, std::string> numbers;
+  std::map<std::string, std::string> coupled;
+  for (const auto& device : devices) {
+    const std::string& name = device->entry->name;
+    const auto side = cell.tool_sides.find(name);
+    if (side == cell.tool_sides.end()) continue;
+    const auto [first, is_new] = numbers.emplace(std::pair(side->second.size, side->second.number), name);
+    if (!is_new)
+      diagnostics.error(Code::kDuplicate, device->pointer() + "/settings/number",
+                        fmt::format("'{}' has the number {}, too", first->second, side->second.number),
+                        "a number of its own");
+    if (!device->on) continue;
+    const auto [other, is_alone] = coupled.emplace(device->entry->on, name);
+    if (is_alone) {
+      diagnostics.append(command::couple(cell, device->entry->on, name), device->pointer());
+    } else {
+      diagnostics.error(Code::kConflict, device->pointer() + "/on",
+                        fmt::format("'{}' hangs on '{}' already", other->second, device->entry->on), "\"at\": a dock");
+    }
+  }
 }
 
 }  // namespace
 
 void add_tools(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnostics) {
   for (const auto& device : devices) add_tool(*device, cell, diagnostics);
+  couple_at_start(devices, cell, diagnostics);
   for (const auto& device : devices) {
     const auto arm = cell.arms.find(device->entry->name);
     if (arm == cell.arms.end()) {
@@ -81,7 +120,7 @@ void add_tools(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnost
     }
     arm->second.tool_name = default_tool(*device, cell, diagnostics);
     const auto tool = cell.tools.find(arm->second.tool_name);
-    if (tool == cell.tools.end()) continue;
+    if (tool == cell.tools.end() || tool->second.arm != arm->first) continue;
     arm->second.X_FT = tool->second.X_FT.find(tool->second.tcp)->second;
     arm->second.ball_radius = tool->second.ball_radius;
   }

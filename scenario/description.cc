@@ -15,6 +15,7 @@
 #include "scenario/copies.h"
 #include "scenario/degrees.h"
 #include "scenario/faults.h"
+#include "sim/film.h"
 
 namespace takt::scenario {
 namespace {
@@ -215,6 +216,8 @@ FilmEntry read_film(const Json& json, const std::string& pointer, Diagnostics& d
   film.inset = reader.text("inset", "");
   film.force_sensor = reader.text("force_sensor", "");
   film.force_limit_N = reader.number("force_limit_N", 15.0, kPositive);
+  if (reader.has("show")) choose_marks(reader.texts("show"), reader.at("show"), film.show, diagnostics);
+  film.show.trace_s = reader.number("trace_s", film.show.trace_s, {.low = 0.0, .high = 1e6});
   if (const Json* cuts = reader.array("cuts", false)) {
     for (std::size_t i = 0; i < cuts->size(); ++i) {
       ObjectReader cut((*cuts)[i], reader.at("cuts") + pointer_segment(i), diagnostics);
@@ -225,6 +228,27 @@ FilmEntry read_film(const Json& json, const std::string& pointer, Diagnostics& d
   reader.finish();
   return film;
 }
+
+}  // namespace
+
+void choose_marks(const std::vector<std::string>& names, const std::string& pointer, FilmShow& show,
+                  Diagnostics& diagnostics) {
+  static const std::vector<std::pair<std::string, bool FilmShow::*>> kMarks = {{"traces", &FilmShow::traces},
+                                                                               {"beams", &FilmShow::beams},
+                                                                               {"forces", &FilmShow::forces},
+                                                                               {"commanded", &FilmShow::commanded},
+                                                                               {"frames", &FilmShow::frames}};
+  for (const auto& [name, shown] : kMarks) show.*shown = std::ranges::find(names, name) != names.end();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::ranges::find(kMarks, names[i], &decltype(kMarks)::value_type::first) != kMarks.end()) continue;
+    std::vector<std::string> known;
+    for (const auto& mark : kMarks) known.push_back(mark.first);
+    diagnostics.error(Code::kUnknownName, pointer + (pointer.starts_with('/') ? pointer_segment(i) : ""),
+                      fmt::format("a film shows no '{}'", names[i]), nearest_choice(names[i], known));
+  }
+}
+
+namespace {
 
 CollisionsEntry read_collisions(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
@@ -314,7 +338,7 @@ void check_film(const Description& description, Diagnostics& diagnostics) {
   std::vector<std::string> cameras;
   for (const auto& camera : description.cameras) cameras.push_back(camera.name);
   const auto known = [&](const std::string& camera, const std::string& pointer) {
-    if (camera.empty() || std::ranges::find(cameras, camera) != cameras.end()) return;
+    if (camera.empty() || camera == sim::kFittingCamera || std::ranges::find(cameras, camera) != cameras.end()) return;
     diagnostics.error(Code::kUnknownName, pointer, fmt::format("there is no camera '{}'", camera),
                       nearest_choice(camera, cameras));
   };

@@ -96,6 +96,21 @@ struct CameraEntry {
   double fovy_deg = 45.0;
 };
 
+/// What the film shows beside the scene.
+struct FilmShow {
+  bool traces = true;      ///< paths of the tool centre points
+  bool beams = true;       ///< of light barriers and range finders
+  bool forces = true;      ///< of contacts of machines, as arrows
+  bool commanded = false;  ///< machines where they are commanded to be, where they are not there
+  bool frames = false;     ///< of the file, and the tool centre points
+  double trace_s = 4.0;    ///< how long a path stays
+};
+
+/// The marks of a film by name: "traces", "beams", "forces", "commanded", "frames"; others are off. What is none of
+/// them goes to `diagnostics`.
+void choose_marks(const std::vector<std::string>& names, const std::string& pointer, FilmShow& show,
+                  Diagnostics& diagnostics);
+
 /// What the film shows: a camera from the beginning, others from the moment a named step begins, one as inset.
 struct FilmEntry {
   struct Cut {
@@ -106,6 +121,7 @@ struct FilmEntry {
   std::vector<Cut> cuts;
   std::string force_sensor;     ///< whose force is shown; empty = none
   double force_limit_N = 15.0;  ///< marked in the bar
+  FilmShow show;
 };
 
 /// Something that happens to the machines at one time, whatever the program does.
@@ -116,7 +132,8 @@ struct FaultEntry {
     kEmergencyStop,  ///< the button is pressed: the core's latch, and the brakes of every arm by a circuit of their own
     kReset,          ///< the button is pulled, the latch reset, every arm released
     kPush,           ///< somebody pushes a body
-    kSensor          ///< the readings of a sensor are wrong for a while
+    kSensor,         ///< the readings of a sensor are wrong for a while
+    kToolChanger     ///< a tool changer has no air for a while, or its lock is open by itself
   };
   Kind kind = Kind::kStop;
   Nanoseconds at = 0;
@@ -126,9 +143,11 @@ struct FaultEntry {
   Nanoseconds brakes_after = kSecond;
   std::string body;                                 ///< of a push: "DEVICE/LINK" or "OBJECT"
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< at its centre of mass, in the world, N
-  Nanoseconds duration = kSecond;                   ///< of a push, of wrong readings
+  Nanoseconds duration = kSecond;                   ///< of a push, of wrong readings, of a fault of a tool changer
   std::string sensor;                               ///< whose readings are wrong
   SensorFault readings;                             ///< how
+  std::string changer;                              ///< of a tool changer's fault
+  bool opens = false;                               ///< the lock opens; else its air is gone
   std::string pointer;
 };
 

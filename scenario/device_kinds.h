@@ -16,7 +16,9 @@ namespace takt::scenario {
 [[nodiscard]] std::unique_ptr<DeviceKind> light_barrier_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> range_finder_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> screwdriver_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> tool_changer_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> tool_side_kind();
 
 /// All of them: the one place that lists them.
 [[nodiscard]] std::vector<std::unique_ptr<DeviceKind>> own_device_kinds();

@@ -14,8 +14,9 @@ using Json = nlohmann::ordered_json;
 using FaultKind = FaultEntry::Kind;
 
 constexpr const char* kLatchName = "emergency_stop";
-const std::vector<std::string> kWords = {"stop",  "release", "emergency_stop",
-                                         "reset", "push",    "sensor"};  // in the order of FaultKind
+const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset",
+                                         "push", "sensor",  "tool_changer"};  // in the order of FaultKind
+const std::vector<std::string> kLockFaults = {"no_air", "opens"};
 const std::vector<std::string> kReadings = {"silent", "nan",   "stuck",
                                             "bias",   "noise", "delay"};  // in the order of SensorFault::Kind
 
@@ -46,6 +47,12 @@ void read_sensor(ObjectReader& reader, FaultEntry& fault) {
   fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
 }
 
+void read_lock(ObjectReader& reader, FaultEntry& fault) {
+  fault.changer = reader.text("changer");
+  fault.opens = reader.choice("fault", kLockFaults) == "opens";
+  fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
+}
+
 void read_stop(ObjectReader& reader, FaultEntry& fault) {
   fault.arm = reader.text("arm", "");
   fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
@@ -72,6 +79,8 @@ FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics&
     read_push(reader, fault);
   } else if (fault.kind == FaultKind::kSensor) {
     read_sensor(reader, fault);
+  } else if (fault.kind == FaultKind::kToolChanger) {
+    read_lock(reader, fault);
   } else {
     read_stop(reader, fault);
   }
@@ -105,6 +114,13 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Diagno
                         fmt::format("there is no force/torque sensor '{}'", fault.sensor),
                         nearest_choice(fault.sensor, sensors));
     }
+    if (fault.kind == FaultKind::kToolChanger && !built.cell.changers.contains(fault.changer)) {
+      std::vector<std::string> changers;
+      for (const auto& [name, changer] : built.cell.changers) changers.push_back(name);
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/changer",
+                        fmt::format("there is no tool changer '{}'", fault.changer),
+                        nearest_choice(fault.changer, changers));
+    }
   }
   const bool pressed = std::ranges::any_of(
       description.faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
@@ -129,6 +145,7 @@ void Faults::apply(const Note& note) {
   for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], now, note);
   end_pushes(now);
   end_readings(now, note);
+  end_lock_faults(now, note);
   if (!brakes_at_ || *brakes_at_ > now) return;
   brakes_at_.reset();
   for (const auto& [name, arm] : built_.cell.arms) built_.world->arm(name)->stop(device::StopCategory::kBrakes);
@@ -147,6 +164,7 @@ void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) 
     readings_until_[fault.sensor] = now + fault.duration;
     return;
   }
+  if (fault.kind == FaultKind::kToolChanger) return begin_lock_fault(fault, now, note);
   const auto category = static_cast<int>(fault.category);
   const bool stops = fault.kind == FaultKind::kStop || fault.kind == FaultKind::kEmergencyStop;
   note(kWords[static_cast<std::size_t>(fault.kind)],
@@ -186,6 +204,37 @@ void Faults::end_readings(Nanoseconds now, const Note& note) {
     note("sensor", fmt::format("{}: well again", one.first));
     return true;
   });
+}
+
+void Faults::begin_lock_fault(const FaultEntry& fault, Nanoseconds now, const Note& note) {
+  note("tool_changer", fmt::format("{}: {} for {:g} s", fault.changer, fault.opens ? "its lock opens" : "no air",
+                                   to_seconds(fault.duration)));
+  lock_faults_.push_back({.changer = fault.changer, .opens = fault.opens, .until = now + fault.duration});
+  set_lock_faults(fault.changer);
+}
+
+void Faults::end_lock_faults(Nanoseconds now, const Note& note) {
+  std::vector<LockFault> over;
+  std::erase_if(lock_faults_, [&](const LockFault& one) {
+    if (one.until > now) return false;
+    over.push_back(one);
+    return true;
+  });
+  for (const LockFault& one : over) {
+    set_lock_faults(one.changer);
+    note("tool_changer", fmt::format("{}: {}", one.changer, one.opens ? "its lock works again" : "there is air again"));
+  }
+}
+
+/// As all faults of this changer together have it.
+void Faults::set_lock_faults(const std::string& changer) {
+  const auto lasts = [&](bool opens) {
+    return std::ranges::any_of(lock_faults_,
+                               [&](const LockFault& one) { return one.changer == changer && one.opens == opens; });
+  };
+  sim::SimToolChanger& machine = *built_.world->tool_changer(changer);
+  machine.set_air(!lasts(false));
+  machine.set_broken(lasts(true));
 }
 
 void Faults::push(int body) {

@@ -43,6 +43,9 @@ class Faults {
   void begin_push(const FaultEntry& fault, Nanoseconds now);
   void end_pushes(Nanoseconds now);
   void end_readings(Nanoseconds now, const Note& note);
+  void begin_lock_fault(const FaultEntry& fault, Nanoseconds now, const Note& note);
+  void end_lock_faults(Nanoseconds now, const Note& note);
+  void set_lock_faults(const std::string& changer);
   /// What all that push a body exert on it.
   void push(int body);
 
@@ -52,12 +55,19 @@ class Faults {
     Nanoseconds until;
   };
 
+  struct LockFault {
+    std::string changer;
+    bool opens;
+    Nanoseconds until;
+  };
+
   const std::vector<FaultEntry>& entries_;
   BuiltCell& built_;
   std::uint64_t seed_;
   std::size_t next_ = 0;
   std::map<std::string, Nanoseconds> readings_until_;  ///< sensors that read wrong
   std::vector<Push> pushes_;
+  std::vector<LockFault> lock_faults_;
   std::optional<Nanoseconds> brakes_at_;  ///< when the circuit of the button closes all brakes
   bool opened_ = false;                   ///< the latch has been open once
   bool reset_pending_ = true;             ///< the reset button is pressed in this cycle

@@ -28,6 +28,7 @@ device::PayloadSetting measured_mass(const LoadedDevice& sensor, LoadedDevices a
 std::vector<std::string> grippers_on(const LoadedDevice& sensor, LoadedDevices all) {
   std::vector<std::string> names;
   for (const auto& device : all) {
+    if (tool_side_under(*device)) continue;  // what a changer couples comes and goes (Cell::changers)
     const LoadedDevice* carrier = device->on;
     while (carrier != nullptr && carrier != &sensor) carrier = carrier->on;
     if (carrier == &sensor && !tcps_of(*device).empty()) names.push_back(device->entry->name);

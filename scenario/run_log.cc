@@ -63,8 +63,9 @@ std::optional<LogLevel> log_level_named(std::string_view name) {
 
 std::string to_text(const LogEntry& entry) {
   const bool marked = entry.level >= LogLevel::kWarning;
-  std::string text = fmt::format("{:9.3f} s  {}{} {}", to_seconds(entry.time),
-                                 marked ? fmt::format("{}: ", name_of(entry.level)) : "", entry.source, entry.name);
+  const std::string what = entry.source == entry.name ? entry.name : entry.source + " " + entry.name;
+  std::string text = fmt::format("{:9.3f} s  {}{}", to_seconds(entry.time),
+                                 marked ? fmt::format("{}: ", name_of(entry.level)) : "", what);
   if (!entry.text.empty()) text += fmt::format(": {}", entry.text);
   if (!entry.step.empty()) text += fmt::format("  [{}]", entry.step);
   return text;

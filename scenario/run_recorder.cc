@@ -13,6 +13,8 @@
 namespace takt::scenario {
 namespace {
 
+constexpr std::int64_t kPoseCycles = 20;  ///< poses change slowly against 1 kHz: fifty a second serve every viewer
+
 /// Names of the positions in qpos, so that a recording can be drawn again with the model that it carries.
 std::vector<std::string> position_names(const mjModel& model) {
   std::vector<std::string> names;
@@ -24,11 +26,22 @@ std::vector<std::string> position_names(const mjModel& model) {
   return names;
 }
 
-/// The beginning of a device's topics. Other tools take a blank for the end of a topic.
-std::string topic_of(const std::string& device) {
-  std::string topic = "/" + device;
-  std::ranges::replace(topic, ' ', '_');
-  return topic;
+constexpr std::array<const char*, 6> kContactFields = {"point.x", "point.y", "point.z",
+                                                       "force.x", "force.y", "force.z"};
+
+/// "1.point.x" ... "8.force.z".
+std::vector<std::string> contact_columns() {
+  std::vector<std::string> columns;
+  for (std::size_t i = 1; i <= record::kMostContactForces; ++i)
+    for (const char* field : kContactFields) columns.push_back(fmt::format("{}.{}", i, field));
+  return columns;
+}
+
+std::vector<std::string> contact_units() {
+  std::vector<std::string> units;
+  for (std::size_t i = 0; i < record::kMostContactForces; ++i)
+    for (std::size_t field = 0; field < kContactFields.size(); ++field) units.emplace_back(field < 3 ? "m" : "N");
+  return units;
 }
 
 /// Names of the values of an enumeration that counts from 0 to `last`.
@@ -40,6 +53,12 @@ std::vector<std::string> words_of(Enum last) {
 }
 
 }  // namespace
+
+std::string device_topic(const std::string& device) {
+  std::string topic = "/" + device;
+  std::ranges::replace(topic, ' ', '_');
+  return topic;
+}
 
 Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::path& path,
                                                        const Description& description, const BuiltCell& built,
@@ -62,16 +81,16 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
 }
 
 RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks)
-    : recorder_(std::move(recorder)), built_(built), with_blocks_(with_blocks) {
+    : recorder_(std::move(recorder)), built_(built), with_blocks_(with_blocks), contacts_since_(built) {
   add_channels();
 }
 
 void RunRecorder::add_channels() {
   for (const auto& [name, arm] : built_.cell.arms) {
     const auto& joints = arm.device->description().joint_names;
-    arms_.push_back({&arm, recorder_->add_joint_states(topic_of(name) + "/joint_states", joints),
-                     recorder_->add_joint_states(topic_of(name) + "/set_point", joints, {true, true, false}),
-                     recorder_->add_samples(topic_of(name) + "/status",
+    arms_.push_back({&arm, recorder_->add_joint_states(device_topic(name) + "/joint_states", joints),
+                     recorder_->add_joint_states(device_topic(name) + "/set_point", joints, {true, true, false}),
+                     recorder_->add_samples(device_topic(name) + "/status",
                                             {"phase", "mode", "changing_mode", "braked", "fault"}, {"", "", "", "", ""},
                                             {{"phase", words_of(device::Arm::Phase::kChanging)},
                                              {"mode", words_of(device::ControlMode::kCartesianImpedance)},
@@ -79,12 +98,12 @@ void RunRecorder::add_channels() {
                                              {"braked", {"no", "yes"}}})});
   }
   for (const auto& [name, sensor] : built_.cell.sensors) {
-    sensors_.push_back({&sensor, recorder_->add_wrench(topic_of(name) + "/wrench", name)});
+    sensors_.push_back({&sensor, recorder_->add_wrench(device_topic(name) + "/wrench", name)});
   }
   for (const auto& [name, gripper] : built_.cell.grippers) {
     grippers_.push_back(
         {&gripper, recorder_->add_samples(
-                       topic_of(name) + "/gripper",
+                       device_topic(name) + "/gripper",
                        {"width", "speed", "force", "state", "wanted_width", "wanted_speed", "wanted_force"},
                        {"m", "m/s", "N", "", "m", "m/s", "N"}, {{"state", words_of(device::GripperState::kLost)}})});
   }
@@ -102,6 +121,7 @@ void RunRecorder::add_channels() {
   state_ = recorder_->add_state("/state", position_names(model));
   events_ = recorder_->add_events("/program");
   contacts_ = recorder_->add_events(std::string(record::kContactTopic));
+  forces_ = recorder_->add_samples(std::string(record::kContactForceTopic), contact_columns(), contact_units());
   log_ = recorder_->add_log(std::string(record::kLogTopic));
   if (with_blocks_) blocks_ = recorder_->add_events(std::string(record::kBlockTopic));
 }
@@ -178,12 +198,31 @@ void RunRecorder::add_cycle() {
   recorder_->digest(digest_, built_.core->digest().value().low);
   const mjData& data = *built_.world->data();
   recorder_->write(state_, {data.qpos, static_cast<std::size_t>(built_.world->model()->nq)});
-  // Poses change slowly against 1 kHz: fifty a second serve every viewer.
-  if (cycle % 20 != 0) return;
+  if (cycle % kPoseCycles != 0) return;
   for (std::size_t i = 0; i < bodies_.size(); ++i) poses_[i] = built_.world->body_pose(bodies_[i]);
   recorder_->write_transforms(transforms_, poses_);
   for (std::size_t i = 0; i < free_bodies_.size(); ++i) free_poses_[i] = poses_[free_bodies_[i]];
   if (!free_bodies_.empty()) recorder_->write_transforms(objects_, free_poses_);
+}
+
+void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts) {
+  contacts_since_.add(contacts);
+  const std::int64_t cycle = built_.core->cycle();
+  if (cycle - contacts_cycle_ < kPoseCycles) return;
+  contacts_cycle_ = cycle;
+  write_contacts();
+}
+
+void RunRecorder::write_contacts() {
+  const auto forces = contacts_since_.take();
+  std::array<double, 6 * record::kMostContactForces> row;
+  row.fill(std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < std::min(forces.size(), record::kMostContactForces); ++i) {
+    std::copy_n(forces[i].point_W.data(), 3, row.begin() + static_cast<std::ptrdiff_t>(6 * i));
+    std::copy_n(forces[i].force_W.data(), 3, row.begin() + static_cast<std::ptrdiff_t>(6 * i + 3));
+  }
+  recorder_->begin_cycle(built_.core->time(), static_cast<std::uint64_t>(built_.core->cycle()));
+  recorder_->write(forces_, row);
 }
 
 /// What touches is the simulation's truth, and no part of what a golden holds of a program.

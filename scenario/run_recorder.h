@@ -2,10 +2,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string_view>
+#include <vector>
 
 #include "record/recorder.h"
 #include "scenario/cell_builder.h"
+#include "scenario/contact_forces.h"
 #include "scenario/description.h"
 #include "scenario/run_log.h"
 #include "scenario/run_report.h"
@@ -13,10 +16,13 @@
 
 namespace takt::scenario {
 
+/// The beginning of a device's topics. Other tools take a blank for the end of a topic.
+[[nodiscard]] std::string device_topic(const std::string& device);
+
 /// What a run leaves in its recording: per arm measured joints, set points and frames; per sensor the raw wrench; the
 /// digest and the simulation's state of every cycle; what the program did, and what touched.
 ///   /NAME/joint_states, /NAME/set_point, /tf, /objects, /NAME/wrench, /NAME/gripper, /signals, /digest, /state,
-///   /program, /contacts, /log (the two before it as other tools show them)
+///   /program, /contacts, /log (the two before it as other tools show them), /contact_forces: the greatest ones
 /// With blocks, which the core has to keep: the digest of each block of each cycle too, in record::kBlockTopic.
 class RunRecorder {
  public:
@@ -28,6 +34,8 @@ class RunRecorder {
   /// After each cycle. Realtime: cyclic.
   void add_cycle();
   void add_event(const LogEntry& entry);
+  /// What machines touched since the last call: fifty times a second the greatest forces since the time before.
+  void add_contacts(std::span<const sim::BodyContact> contacts);
   [[nodiscard]] record::RecorderStatus close() { return recorder_->close(); }
 
  private:
@@ -48,6 +56,7 @@ class RunRecorder {
   void add_object_channel(const mjModel_& model);
   void add_signal_channel();
   void write_devices();
+  void write_contacts();
   void write_blocks();
 
   std::unique_ptr<record::Recorder> recorder_;
@@ -63,7 +72,9 @@ class RunRecorder {
   std::vector<Eigen::Isometry3d> poses_;
   std::vector<std::size_t> free_bodies_;  ///< of bodies_: parts that move by themselves
   std::vector<Eigen::Isometry3d> free_poses_;
-  record::ChannelId transforms_, objects_, digest_, state_, events_, contacts_, log_, blocks_;
+  ContactForces contacts_since_;     ///< the last row of them
+  std::int64_t contacts_cycle_ = 0;  ///< of that row
+  record::ChannelId transforms_, objects_, digest_, state_, events_, contacts_, forces_, log_, blocks_;
 };
 
 }  // namespace takt::scenario

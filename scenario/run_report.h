@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,6 +20,7 @@
 #include "scenario/expectation_result.h"
 #include "scenario/run_log.h"
 #include "scenario/site_report.h"
+#include "sim/renderer.h"
 
 namespace takt::scenario {
 
@@ -35,9 +37,12 @@ enum class StepAnswer { kNext, kContinue, kCancel };
 
 /// What a run produces beside its verdict.
 struct RunOptions {
-  std::filesystem::path video;  ///< MP4 file; empty = none
-  double video_from = 0.0;      ///< s of simulated time at which the film begins
-  std::string camera;           ///< overrides the film's first camera and its cuts
+  std::filesystem::path video;                                ///< MP4 file; empty = none
+  double video_from = 0.0;                                    ///< s of simulated time at which the film begins
+  double video_to = std::numeric_limits<double>::infinity();  ///< s at which it ends
+  std::string camera;                                         ///< overrides the film's first camera and its cuts
+  std::optional<sim::FreeCamera> view;                        ///< a camera that no file has, instead
+  std::optional<std::vector<std::string>> show;               ///< marks of the film, instead of the file's
   int width = 1280, height = 720, fps = 25;
   std::filesystem::path record;  ///< MCAP file; empty = none
   bool measure_times = true;

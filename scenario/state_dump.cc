@@ -122,7 +122,7 @@ void check_repeats(const record::Recording& recording, const Again& again, std::
   if (again.reached && recorded_digest(recording, cycle) == again.digest) return;
   diagnostics.error(Code::kIncompatible, side,
                     fmt::format("run again, this scenario is not the recorded run in cycle {}", cycle),
-                    "the build and the back ends that it was recorded with, and nobody who interferes");
+                    "the build and the back ends that it was recorded with, and no interference");
 }
 
 }  // namespace

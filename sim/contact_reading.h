@@ -16,6 +16,8 @@ struct ContactReading {
 struct BodyContact {
   int a = 0, b = 0;    ///< numbers of the bodies, a below b; see World::body
   double force = 0.0;  ///< N, length of the sum of their contact forces in a physics step
+  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< N in world, that sum: what a exerts on b
+  Eigen::Vector3d point_W = Eigen::Vector3d::Zero();  ///< m in world, mean of their contact points, by force
 };
 
 }  // namespace takt::sim

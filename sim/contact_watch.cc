@@ -61,17 +61,22 @@ void ContactList::update(const mjModel_& model, const mjData_& data) {
     const int first = model.geom_bodyid[contact.geom[0]], second = model.geom_bodyid[contact.geom[1]];
     if (!bodies_[static_cast<std::size_t>(first)] && !bodies_[static_cast<std::size_t>(second)]) continue;
     const Eigen::Vector3d force_W = force_in_world(model, data, i);
-    first < second ? add(first, second, force_W) : add(second, first, -force_W);
+    const Eigen::Map<const Eigen::Vector3d> point_W(contact.pos);
+    first < second ? add(first, second, force_W, point_W) : add(second, first, -force_W, point_W);
   }
   for (const Sum& sum : step_) keep(sum);
 }
 
-void ContactList::add(int a, int b, const Eigen::Vector3d& force_W) {
+void ContactList::add(int a, int b, const Eigen::Vector3d& force_W, const Eigen::Vector3d& point_W) {
+  constexpr double kLittle = 1e-9;  // N: what only just touches has a point, too
+  const double weight = force_W.norm() + kLittle;
   const auto known = std::ranges::find_if(step_, [=](const Sum& sum) { return sum.a == a && sum.b == b; });
   if (known != step_.end()) {
     known->force_W += force_W;
+    known->weighted_W += weight * point_W;
+    known->weight += weight;
   } else if (step_.size() < kMost) {
-    step_.push_back({a, b, force_W});
+    step_.push_back({a, b, force_W, weight * point_W, weight});
   }
 }
 
@@ -79,10 +84,11 @@ void ContactList::keep(const Sum& sum) {
   const double force = sum.force_W.norm();
   const auto known =
       std::ranges::find_if(list_, [&](const BodyContact& one) { return one.a == sum.a && one.b == sum.b; });
-  if (known != list_.end()) {
-    known->force = std::max(known->force, force);
-  } else if (list_.size() < kMost) {
-    list_.push_back({sum.a, sum.b, force});
+  const BodyContact contact{sum.a, sum.b, force, sum.force_W, sum.weighted_W / sum.weight};
+  if (known == list_.end()) {
+    if (list_.size() < kMost) list_.push_back(contact);
+  } else if (known->force < force) {
+    *known = contact;
   }
 }
 

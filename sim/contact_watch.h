@@ -54,8 +54,10 @@ class ContactList {
   struct Sum {
     int a, b;
     Eigen::Vector3d force_W;
+    Eigen::Vector3d weighted_W;  ///< sum of points times forces, m N
+    double weight;               ///< sum of forces, N
   };
-  void add(int a, int b, const Eigen::Vector3d& force_W);
+  void add(int a, int b, const Eigen::Vector3d& force_W, const Eigen::Vector3d& point_W);
   void keep(const Sum& sum);
 
   std::vector<bool> bodies_;

@@ -31,6 +31,8 @@ class Checker {
     for (const auto& arm : world_.arms) check(arm);
     for (const auto& sensor : world_.force_torque_sensors) check(sensor);
     for (const auto& gripper : world_.grippers) check(gripper);
+    for (const auto& side : world_.tool_sides) check(side);
+    for (const auto& changer : world_.tool_changers) check(changer);
     for (const auto& beam : world_.beams) check(beam);
     check_signals();
     for (const auto& device : world_.devices) {
@@ -274,12 +276,39 @@ class Checker {
     }
   }
 
+  void known_body(const std::string& at, const std::string& body) {
+    if (std::ranges::find(bodies_, body) == bodies_.end())
+      error(Code::kUnknownName, at, fmt::format("unknown body '{}'", body), nearest_choice(body, bodies_));
+  }
+
+  void check(const SimToolSideDescription& side) {
+    const std::string at = place(side.pointer, "tool_sides", side.name);
+    name(devices_, at, side.name, true);
+    known_body(at, side.body);
+    require(side.number > 0, at, "the number", side.number, "1 or more");
+  }
+
+  void check(const SimToolChangerDescription& changer) {
+    const std::string at = place(changer.pointer, "tool_changers", changer.name);
+    name(devices_, at, changer.name, true);
+    whole_period(at, changer.period);
+    known_body(at, changer.body);
+    require(changer.lock_time > 0.0, at, "lock_time", changer.lock_time, "> 0 s");
+    const auto& tolerance = changer.tolerance;
+    require(tolerance.offset > 0.0 && tolerance.gap > 0.0 && tolerance.angle > 0.0, at, "a tolerance",
+            std::min({tolerance.offset, tolerance.gap, tolerance.angle}), "> 0");
+    const auto fits = [&](const SimToolSideDescription& side) {
+      return side.name == changer.coupled && side.size == changer.size;
+    };
+    if (!changer.coupled.empty() && std::ranges::none_of(world_.tool_sides, fits))
+      error(Code::kUnknownName, at, fmt::format("no tool side '{}' of size '{}'", changer.coupled, changer.size));
+  }
+
   void check(const SimBeamDescription& beam) {
     const std::string at = place(beam.pointer, "beams", beam.name);
     name(devices_, at, beam.name, true);
     whole_period(at, beam.period);
-    if (std::ranges::find(bodies_, beam.body) == bodies_.end())
-      error(Code::kUnknownName, at, fmt::format("unknown body '{}'", beam.body), nearest_choice(beam.body, bodies_));
+    known_body(at, beam.body);
     require(beam.range_max > beam.range_min, at, "the range's end", beam.range_max, "beyond its begin");
   }
 

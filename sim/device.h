@@ -67,6 +67,8 @@ class SimDevice {
   virtual void measure(const mjData_& data, Nanoseconds now) = 0;
   /// All that the device's future depends on.
   virtual void stream(StateStream& state) = 0;
+  /// After a state was put back: what of it the plant keeps beside its own state. Realtime: setup.
+  virtual void resume(mjData_& data) { (void)data; }
 };
 
 }  // namespace takt::sim

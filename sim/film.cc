@@ -24,18 +24,17 @@
 namespace takt::sim {
 namespace {
 
-constexpr const char* kOverviewName = "overview";
-
 // What a picture depends on; equal states in a row are drawn once.
 struct PoseState {
   std::vector<double> qpos, mocap_pos, mocap_quat, lamps;
   std::string camera;
   CameraView view;
+  Marks marks;
 };
 
 bool same_picture(const PoseState& a, const PoseState& b) {
   return a.camera == b.camera && a.qpos == b.qpos && a.mocap_pos == b.mocap_pos && a.mocap_quat == b.mocap_quat &&
-         a.lamps == b.lamps;
+         a.lamps == b.lamps && a.marks == b.marks;
 }
 
 // A frame on its way: pushed, drawn (or a repetition of the one before), written.
@@ -61,11 +60,14 @@ double thread_cpu_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-Result<CameraView> resolve_camera(const mjModel* model, std::string_view name, const std::string& pointer) {
-  if (name.empty()) return CameraView(overview_camera(model));
+Result<CameraView> resolve_camera(const mjModel* model, const FilmOptions& options, std::string_view name,
+                                  const std::string& pointer) {
+  const CameraView free = options.free_camera.value_or(overview_camera(model));
+  if (name.empty()) return free;
   const Result<int> index = find_camera(model, name, pointer);
-  if (!index) return std::unexpected(index.error());
-  return CameraView(*index);
+  if (index) return CameraView(*index);
+  if (name == kFittingCamera) return free;
+  return std::unexpected(index.error());
 }
 
 void check_size(const RenderOptions& render, Diagnostics& diagnostics) {
@@ -104,7 +106,7 @@ void check_path(const std::filesystem::path& path, Diagnostics& diagnostics) {
 
 void check_cameras(const mjModel* model, const FilmOptions& options, Diagnostics& diagnostics) {
   const auto check = [&](const std::string& name, const std::string& pointer) {
-    if (const auto view = resolve_camera(model, name, pointer); !view) diagnostics.append(view.error());
+    if (const auto view = resolve_camera(model, options, name, pointer); !view) diagnostics.append(view.error());
   };
   for (std::size_t i = 0; i < options.cuts.size(); ++i) {
     const std::string pointer = fmt::format("/cuts/{}", i);
@@ -141,7 +143,7 @@ class Film::Impl {
       const char* first = model->ncam > 0 ? mj_id2name(model, mjOBJ_CAMERA, 0) : nullptr;
       options_.cuts.push_back({0, first != nullptr ? first : ""});
     }
-    if (!options_.inset_camera.empty()) inset_ = *resolve_camera(model, options_.inset_camera, "");
+    if (!options_.inset_camera.empty()) inset_ = *resolve_camera(model, options_, options_.inset_camera, "");
   }
 
   ~Impl() { (void)close(); }
@@ -168,7 +170,7 @@ class Film::Impl {
   Nanoseconds next_time() const { return options_.begin + pushed_ * kSecond / options_.fps; }
 
   Result<void> set_camera(std::string_view camera) {
-    Result<CameraView> view = resolve_camera(model_, camera, "");
+    Result<CameraView> view = resolve_camera(model_, options_, camera, "");
     if (!view) return std::unexpected(view.error());
     chosen_camera_ = std::string(camera);
     return {};
@@ -179,8 +181,9 @@ class Film::Impl {
     return failed_ || static_cast<int>(frames_.size()) < options_.queue_frames;
   }
 
-  Result<void> push(const mjData* data, const Overlay& overlay) {
+  Result<void> push(const mjData* data, const Overlay& overlay, const Marks& marks) {
     PoseState state;
+    state.marks = marks;
     state.qpos.assign(data->qpos, data->qpos + model_->nq);
     state.mocap_pos.assign(data->mocap_pos, data->mocap_pos + 3 * model_->nmocap);
     state.mocap_quat.assign(data->mocap_quat, data->mocap_quat + 4 * model_->nmocap);
@@ -188,11 +191,13 @@ class Film::Impl {
     return push(std::move(state), overlay);
   }
 
-  Result<void> push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay) {
+  Result<void> push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay,
+                    const Marks& marks) {
     if (static_cast<mjtSize>(qpos.size()) != model_->nq)
       return failure(Code::kWrongSize, "",
                      fmt::format("the state has {} positions, the model {}", qpos.size(), model_->nq));
     PoseState state;
+    state.marks = marks;
     state.qpos.assign(qpos.begin(), qpos.end());
     state.lamps.assign(static_cast<std::size_t>(model_->nuserdata), 0.0);
     std::copy_n(lamps.begin(), std::min(lamps.size(), state.lamps.size()), state.lamps.begin());
@@ -201,7 +206,7 @@ class Film::Impl {
 
   Result<void> push(PoseState state, const Overlay& overlay) {
     state.camera = chosen_camera_ ? *chosen_camera_ : camera_at(overlay.time);
-    state.view = *resolve_camera(model_, state.camera, "");
+    state.view = *resolve_camera(model_, options_, state.camera, "");
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return failed_ || static_cast<int>(frames_.size()) < options_.queue_frames; });
     if (failed_) return std::unexpected(diagnostics_);
@@ -209,7 +214,8 @@ class Film::Impl {
     Frame& frame = frames_.emplace_back();
     frame.overlay = overlay;
     if (frame.overlay.title.empty()) frame.overlay.title = options_.title;
-    if (frame.overlay.camera.empty()) frame.overlay.camera = state.camera.empty() ? kOverviewName : state.camera;
+    if (frame.overlay.camera.empty())
+      frame.overlay.camera = state.camera.empty() ? std::string(kFittingCamera) : state.camera;
     frame.repeats = pushed_ > 0 && same_picture(state, last_state_);
     if (frame.repeats) {
       frame.taken = frame.drawn = true;
@@ -334,6 +340,7 @@ class Film::Impl {
     std::ranges::copy(state.mocap_quat, worker.data->mocap_quat);
     std::ranges::copy(state.lamps, worker.data->userdata);
     Result<void> done = mujoco_call("", [&] { pose_for_drawing(model_, worker.data.get()); });
+    if (done) done = worker.renderer.set_marks(state.marks);
     if (done) done = worker.renderer.set_state(worker.data.get());
     const int width = options_.render.width, height = options_.render.height;
     if (done) done = worker.renderer.draw(state.view, width, height, frame.picture);
@@ -425,10 +432,13 @@ Result<Film> Film::open(const mjModel_* model, const FilmOptions& options) {
 
 bool Film::has_room() const { return impl_->has_room(); }
 
-Result<void> Film::push(const mjData_* data, const Overlay& overlay) { return impl_->push(data, overlay); }
+Result<void> Film::push(const mjData_* data, const Overlay& overlay, const Marks& marks) {
+  return impl_->push(data, overlay, marks);
+}
 
-Result<void> Film::push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay) {
-  return impl_->push(qpos, lamps, overlay);
+Result<void> Film::push(std::span<const double> qpos, std::span<const double> lamps, const Overlay& overlay,
+                        const Marks& marks) {
+  return impl_->push(qpos, lamps, overlay, marks);
 }
 
 Nanoseconds Film::next_time() const { return impl_->next_time(); }
@@ -446,7 +456,7 @@ Result<FilmReport> film_from_states(const mjModel_* model, std::span<const FilmS
     while (next + 1 < states.size() && states[next + 1].time <= now) ++next;
     Overlay overlay = states[next].overlay;
     overlay.time = now;
-    if (Result<void> pushed = film->push(states[next].qpos, states[next].lamps, overlay); !pushed)
+    if (Result<void> pushed = film->push(states[next].qpos, states[next].lamps, overlay, states[next].marks); !pushed)
       break;  // close() tells why
   }
   return film->close();

@@ -17,8 +17,10 @@ constexpr Colour kStrip{14, 20, 28};
 constexpr Colour kBar{86, 180, 233};  // blue and vermilion: told apart by colour-blind eyes, too
 constexpr Colour kBarOver{240, 98, 52};
 constexpr Colour kNumberOver{255, 148, 112};
-constexpr Colour kNote{255, 190, 70};
+constexpr Colour kNote{255, 214, 140};
+constexpr Colour kNoteStrip{120, 36, 14};
 constexpr int kStripOpacity = 165;
+constexpr int kNoteOpacity = 205;
 
 // Simulated time as people read it: "12.34 s", from a minute on "1:02.34".
 std::string time_text(Nanoseconds time) {
@@ -68,16 +70,24 @@ class OverlayPainter::Impl {
     large_.draw(time, width_ - margin - large_.width(time), base, kText, image);
     if (overlay.force_N) right = draw_force(overlay, right - margin, base, image);
     draw_step(overlay, margin, right - 2 * margin, base, image);
+    if (!overlay.note.empty()) draw_note(overlay.note, top, image);
   }
 
   void draw_step(const Overlay& overlay, int left, int room, int base, Image& image) {
-    if (overlay.note.empty()) {
+    if (overlay.path.empty()) {
       large_.draw(large_.fitted(overlay.step, room), left, base, kText, image);
       return;
     }
-    const int up = scaled(11), down = scaled(10);
-    small_.draw(small_.fitted(overlay.step, room), left, base - up, kText, image);
-    small_.draw(small_.fitted(overlay.note, room), left, base + down, kNote, image);
+    const int up = scaled(16), down = scaled(9);
+    small_.draw(small_.fitted_end(overlay.path, room), left, base - up, kFaint, image);
+    large_.draw(large_.fitted(overlay.step, room), left, base + down, kText, image);
+  }
+
+  // On a strip of its own that ends at `bottom`.
+  void draw_note(const std::string& note, int bottom, Image& image) {
+    const int strip = scaled(34), margin = scaled(20);
+    fill_rectangle(image, 0, bottom - strip, width_, strip, kNoteStrip, kNoteOpacity);
+    small_.draw(small_.fitted(note, width_ - 2 * margin), margin, bottom - strip + scaled(23), kNote, image);
   }
 
   // Label, number and bar, from the right; returns the left edge.

@@ -15,8 +15,9 @@ namespace takt::sim {
 struct Overlay {
   std::string title;                    ///< of the scenario, upper left
   std::string step;                     ///< node of the program at work, lower left
+  std::string path;                     ///< of the nodes around it, above it; cut on its left
   std::string camera;                   ///< upper right
-  std::string note;                     ///< under the step, e.g. "guard tripped: torque of left/J4"
+  std::string note;                     ///< on a strip of its own above the step: why something failed
   Nanoseconds time = 0;                 ///< simulated time, lower right
   std::optional<double> force_N;        ///< the force to watch, as number and bar
   std::optional<double> force_limit_N;  ///< marked in the bar; above it the bar turns red

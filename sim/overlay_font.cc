@@ -128,6 +128,15 @@ std::string Font::fitted(std::string_view text, int most) {
   return std::string(text.substr(0, kept)) + ellipsis;
 }
 
+std::string Font::fitted_end(std::string_view text, int most) {
+  if (width(text) <= most) return std::string(text);
+  const std::string ellipsis = "\u2026";
+  const int room = most - width(ellipsis);
+  std::string_view rest = text;
+  while (!rest.empty() && width(rest) > room) (void)next_character(rest);
+  return ellipsis + std::string(rest);
+}
+
 void Font::draw(std::string_view text, int left, int base, Colour colour, Image& image) {
   while (!text.empty()) {
     const Glyph& shape = glyph(next_character(text));

@@ -29,6 +29,8 @@ class Font {
   [[nodiscard]] int width(std::string_view text);
   /// `text`, cut with an ellipsis where it is wider than `most` pixels.
   [[nodiscard]] std::string fitted(std::string_view text, int most);
+  /// The same, cut on its left: the end of a path says most.
+  [[nodiscard]] std::string fitted_end(std::string_view text, int most);
   /// Draws `text` with its base line at `base` and its left edge at `left`; clips at the edges of the picture.
   void draw(std::string_view text, int left, int base, Colour colour, Image& image);
 

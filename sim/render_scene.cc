@@ -8,6 +8,8 @@
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
 
+#include "sim/render_marks.h"
+
 namespace takt::sim {
 namespace {
 
@@ -192,7 +194,8 @@ void SceneTriangles::fill(const mjModel_* model, const mjData_* data, const mjvS
                      .centre = vec(geom.pos),
                      .casts_shadow = geom.castshadow != 0 && geom.type != mjGEOM_PLANE && geom.category != mjCAT_DECOR,
                      .transparent = geom.rgba[3] < 0.996f,
-                     .is_floor = endless});
+                     .is_floor = endless,
+                     .on_top = geom.segid == kOnTopSegment});
     // MuJoCo puts an endless plane below the camera of the picture before; ours stays where the model has it.
     const Vector3f origin =
         endless ? Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + 3 * geom.objid).cast<float>() : vec(geom.pos);

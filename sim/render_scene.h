@@ -31,6 +31,7 @@ struct SceneGeom {
   bool casts_shadow = false;
   bool transparent = false;
   bool is_floor = false;
+  bool on_top = false;  ///< drawn over whatever would hide it
 };
 
 /// All geoms of a mjvScene as one list of triangles in world coordinates: the scenes are small, so moving the corners

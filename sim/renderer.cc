@@ -20,6 +20,7 @@
 
 #include "sim/mujoco_errors.h"
 #include "sim/render_gl.h"
+#include "sim/render_marks.h"
 #include "sim/render_scene.h"
 #include "sim/render_shaders.h"
 #include "sim/render_shapes.h"
@@ -110,6 +111,16 @@ class Renderer::Impl {
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE || glGetError() != GL_NO_ERROR)
       return failure(Code::kSystem, "", "OpenGL has no memory for the picture", "choose a smaller size or shadow map");
     return {};
+  }
+
+  Result<void> set_marks(const Marks& marks) {
+    const std::vector<double>& qpos = marks.ghost.qpos;
+    if (!qpos.empty() && static_cast<mjtSize>(qpos.size()) != model_->nq)
+      return failure(Code::kWrongSize, "",
+                     fmt::format("the ghost has {} positions, the model {}", qpos.size(), model_->nq));
+    marks_ = marks;
+    if (qpos.empty()) return {};
+    return mujoco_call("", [&] { pose_ghost(); });
   }
 
   Result<void> set_state(mjData* data) {
@@ -218,7 +229,15 @@ class Renderer::Impl {
       view.elevation = free.elevation;
     }
     mjv_updateScene(model_, data_, &visible_, nullptr, &view, mjCAT_ALL, &scene_);
+    if (!marks_.ghost.qpos.empty()) append_ghost(*model_, *ghost_, marks_.ghost, visible_, scene_);
+    append_shapes(marks_, scene_);
     lights_.fill(scene_);
+  }
+
+  void pose_ghost() {
+    if (!ghost_) ghost_.reset(mj_makeData(model_));
+    std::ranges::copy(marks_.ghost.qpos, ghost_->qpos);
+    pose_for_drawing(model_, ghost_.get());
   }
 
   bool has_shadow() const { return options_.shadow_size > 0 && lights_.shadow_light >= 0; }
@@ -328,10 +347,12 @@ class Renderer::Impl {
         if (wanted(*geom)) append_indices(*geom, indices_);
       return Range{static_cast<GLsizei>(indices_.size() - first), first};
     };
-    const Range opaque = collect([](const SceneGeom& geom) { return !geom.transparent && !geom.is_floor; });
+    const auto inside = [](const SceneGeom& geom) { return !geom.is_floor && !geom.on_top; };
+    const Range opaque = collect([&](const SceneGeom& geom) { return !geom.transparent && inside(geom); });
     const Range floor = collect([](const SceneGeom& geom) { return geom.is_floor; });
     std::ranges::reverse(order);
-    const Range transparent = collect([](const SceneGeom& geom) { return geom.transparent && !geom.is_floor; });
+    const Range transparent = collect([&](const SceneGeom& geom) { return geom.transparent && inside(geom); });
+    const Range on_top = collect([](const SceneGeom& geom) { return geom.on_top; });
     upload_indices();
 
     glBindFramebuffer(GL_FRAMEBUFFER, picture_buffer_);
@@ -361,6 +382,17 @@ class Renderer::Impl {
       draw_range(transparent);
       glDepthMask(GL_TRUE);
     }
+    draw_on_top(program, on_top);
+  }
+
+  /// With depths of their own: they hide each other, and nothing hides them.
+  static void draw_on_top(GLuint program, const Range& range) {
+    if (range.count == 0) return;
+    glUseProgram(program);
+    glEnable(GL_CULL_FACE);
+    glDisable(GL_BLEND);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    draw_range(range);
   }
 
   void draw_sky(const mjvGLCamera& camera, float aspect) {
@@ -390,6 +422,8 @@ class Renderer::Impl {
   mjvScene scene_{};
   mjvOption visible_{};
   mjData* data_ = nullptr;
+  Marks marks_;
+  std::unique_ptr<mjData, decltype(&mj_deleteData)> ghost_{nullptr, &mj_deleteData};
   bool uploaded_ = false;
   EdgeSmoother smoother_;
   SceneTriangles triangles_;
@@ -444,6 +478,8 @@ Result<Renderer> Renderer::create(const mjModel_* model, const RenderOptions& op
   if (!made) return std::unexpected(made.error());
   return Renderer(std::move(impl));
 }
+
+Result<void> Renderer::set_marks(const Marks& marks) { return impl_->set_marks(marks); }
 
 Result<void> Renderer::set_state(mjData_* data) { return impl_->set_state(data); }
 

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "core/base/diagnostics.h"
+#include "sim/marks.h"
 #include "sim/render_image.h"
 
 struct mjModel_;
@@ -41,6 +42,14 @@ using CameraView = std::variant<int, FreeCamera>;
 /// A free camera that shows the whole model.
 [[nodiscard]] FreeCamera overview_camera(const mjModel_* model);
 
+/// A free camera in the same direction that fits all that is drawn, but for an endless floor, into a picture of
+/// `aspect` (width / height), with a margin. @param posed  data of the model after pose_for_drawing()
+/// Realtime: setup.
+[[nodiscard]] FreeCamera fitting_camera(const mjModel_* model, const mjData_* posed, double aspect);
+
+/// A free camera at `eye` that looks at `target`, m in world; they are not the same point.
+[[nodiscard]] FreeCamera camera_from(const std::array<double, 3>& eye, const std::array<double, 3>& target);
+
 /// Brings the positions of all bodies, geoms, cameras and lights of `data` up to date with qpos and mocap poses;
 /// touches neither velocities nor forces. For the renderer's own copy of the state, never for a running simulation. May
 /// throw MujocoError.
@@ -62,6 +71,10 @@ class Renderer {
   /// Takes over the state that the next pictures show. `data` is one of the model, posed by pose_for_drawing or by
   /// mj_forward; it must stay alive until the last draw() of this state, and is not changed.
   [[nodiscard]] Result<void> set_state(mjData_* data);
+
+  /// What the next pictures show beside the scene, from the next set_state() on; its shapes count as geoms
+  /// (RenderOptions::max_geoms). @return diagnostics: positions of the ghost that are not the model's
+  [[nodiscard]] Result<void> set_marks(const Marks& marks);
 
   /// Draws the state as `camera` sees it. `image` is resized to width x height, which must not exceed the options'.
   [[nodiscard]] Result<void> draw(const CameraView& camera, int width, int height, Image& image);

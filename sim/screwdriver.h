@@ -15,13 +15,6 @@ struct mjModel_;
 
 namespace takt::sim {
 
-/// A reading that a device gives by itself.
-class SimGauge final : public SimReading {
- public:
-  using SimReading::stream_reading;
-  using SimReading::take;
-};
-
 /// The motor, clutch and transducer of an electric screwdriver. The motor keeps a speed; the torque is never more than
 /// the clutch is set to. Where that does not turn the spindle any more the clutch lets go, until `turn` is taken back.
 /// A magnet pulls the screw in whose socket the bit is.

@@ -53,6 +53,13 @@ class SimReading : public device::SignalInputBackend<bool>, public device::Signa
   Nanoseconds stamp_ = 0;
 };
 
+/// A reading that a device gives by itself.
+class SimGauge final : public SimReading {
+ public:
+  using SimReading::stream_reading;
+  using SimReading::take;
+};
+
 /// An input terminal: reads a wire, or what a time script says; an analog one with resolution, noise and range.
 class SimInput final : public SimReading, public SimDevice {
  public:

@@ -14,6 +14,7 @@
 #include "sim/description_check.h"
 #include "sim/solid_mesh.h"
 #include "sim/solids.h"
+#include "sim/tool_changer.h"
 
 namespace takt::sim {
 namespace {
@@ -92,6 +93,7 @@ class Builder {
     for (const auto& camera : world_.cameras) add(camera);
     for (const auto& sensor : world_.force_torque_sensors) add(sensor);
     for (const auto& gripper : world_.grippers) couple(gripper);
+    for (const auto& changer : world_.tool_changers) add_locks(changer);
   }
 
  private:
@@ -402,6 +404,27 @@ class Builder {
     equal->solref[0] = 2.0 * to_seconds(world_.physics.timestep);
     equal->solimp[0] = 0.99;
     equal->solimp[1] = 0.999;
+  }
+
+  /// One for each tool side that fits: it holds while the changer has locked that one.
+  void add_locks(const SimToolChangerDescription& changer) {
+    for (const SimToolSideDescription& side : world_.tool_sides) {
+      if (side.size != changer.size) continue;
+      mjsEquality* lock = mjs_addEquality(&spec_, nullptr);
+      mjs_setName(lock->element, lock_name(changer, side).c_str());
+      lock->type = mjEQ_WELD;
+      lock->objtype = mjOBJ_BODY;
+      mjs_setString(lock->name1, changer.body.c_str());
+      mjs_setString(lock->name2, side.body.c_str());
+      lock->active = 0;
+      std::ranges::fill(lock->data, 0.0);  // the defaults are those of other constraints
+      lock->data[6] = 1.0;                 // the pose is set when it locks
+      lock->data[10] = 1.0;                // torque for force
+      // As stiff as the step carries: steel on steel.
+      lock->solref[0] = 2.0 * to_seconds(world_.physics.timestep);
+      lock->solimp[0] = 0.99;
+      lock->solimp[1] = 0.999;
+    }
   }
 
   const WorldDescription& world_;

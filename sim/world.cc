@@ -134,6 +134,7 @@ struct World::Impl {
   [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
   void add_sensors(const WorldDescription& description);
   void add_grippers(const WorldDescription& description);
+  void add_tool_changers(const WorldDescription& description);
   void add_signals(const WorldDescription& description);
   void add(std::string name, std::unique_ptr<SimDevice> device) {
     devices.push_back(device.get());
@@ -245,6 +246,11 @@ void World::Impl::add_grippers(const WorldDescription& description) {
     }
     add(gripper.name, std::make_unique<SimGripper>(gripper, plant));
   }
+}
+
+void World::Impl::add_tool_changers(const WorldDescription& description) {
+  for (const auto& changer : description.tool_changers)
+    add(changer.name, std::make_unique<SimToolChanger>(changer, description, *model));
 }
 
 void World::Impl::add_signals(const WorldDescription& description) {
@@ -380,6 +386,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   diagnostics = impl->add_arms(description);
   impl->add_sensors(description);
   impl->add_grippers(description);
+  impl->add_tool_changers(description);
   impl->add_signals(description);
   diagnostics.append(impl->add_others(description));
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
@@ -428,6 +435,7 @@ Nanoseconds World::time() const { return impl_->now; }
 SimArm* World::arm(std::string_view name) { return impl_->find<SimArm>(name); }
 SimForceTorque* World::force_torque(std::string_view name) { return impl_->find<SimForceTorque>(name); }
 SimGripper* World::gripper(std::string_view name) { return impl_->find<SimGripper>(name); }
+SimToolChanger* World::tool_changer(std::string_view name) { return impl_->find<SimToolChanger>(name); }
 SimOutput* World::output(std::string_view name) { return impl_->find<SimOutput>(name); }
 SimReading* World::input(std::string_view name) { return impl_->find<SimReading>(name); }
 
@@ -490,6 +498,7 @@ bool World::restore(const Snapshot& snapshot) {
     w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
   }
   w.threads.resume(*w.model, *w.data, w.solids);
+  for (SimDevice* device : w.devices) device->resume(*w.data);
   w.look();
   return true;
 }

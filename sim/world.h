@@ -15,6 +15,7 @@
 #include "sim/gripper.h"
 #include "sim/signals.h"
 #include "sim/thread_law.h"
+#include "sim/tool_changer.h"
 #include "sim/world_description.h"
 
 struct mjModel_;
@@ -61,6 +62,7 @@ class World {
   [[nodiscard]] SimArm* arm(std::string_view name);
   [[nodiscard]] SimForceTorque* force_torque(std::string_view name);
   [[nodiscard]] SimGripper* gripper(std::string_view name);
+  [[nodiscard]] SimToolChanger* tool_changer(std::string_view name);
   [[nodiscard]] SimOutput* output(std::string_view name);
   /// Of an input terminal, a light barrier or a range finder.
   [[nodiscard]] SimReading* input(std::string_view name);

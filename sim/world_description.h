@@ -15,6 +15,7 @@
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/device/control_mode.h"
+#include "core/device/tool_changer.h"
 #include "core/kinematics/robot_model.h"
 #include "core/kinematics/types.h"
 #include "core/kinematics/wheel_drive.h"
@@ -258,6 +259,28 @@ struct SimGripperDescription {
   Nanoseconds period = kMillisecond;   ///< between samples; a whole multiple of the world's period
 };
 
+/// The tool side of a tool changer: a free robot whose root is its coupling face.
+struct SimToolSideDescription {
+  std::string name;  ///< of the device
+  std::string pointer;
+  std::string body;  ///< "ROBOT/LINK", the root of the robot
+  std::string size;
+  int number = 0;  ///< that a changer reads, from 1
+};
+
+/// The robot side of a tool changer (sim/tool_changer.h).
+struct SimToolChangerDescription {
+  std::string name;  ///< of the device
+  std::string pointer;
+  std::string body;              ///< "ROBOT/LINK" that carries the coupling face
+  Pose X_LC = Pose::Identity();  ///< coupling face in that body, z towards the tool
+  std::string size;              ///< of tool sides that fit
+  device::CouplingTolerance tolerance;
+  double lock_time = 0.1;             ///< s, of the lock from one end to the other
+  std::string coupled = {};           ///< the tool side that hangs on it at the start; empty: none, and it is unlocked
+  Nanoseconds period = kMillisecond;  ///< between samples; a whole multiple of the world's period
+};
+
 /// An output terminal. Its wire has its name.
 struct SimOutputDescription {
   std::string name;
@@ -336,6 +359,8 @@ struct WorldDescription {
   std::vector<SimArmDescription> arms;
   std::vector<SimForceTorqueDescription> force_torque_sensors;
   std::vector<SimGripperDescription> grippers;
+  std::vector<SimToolSideDescription> tool_sides;
+  std::vector<SimToolChangerDescription> tool_changers;
   std::vector<SimOutputDescription> outputs;
   std::vector<SimInputDescription> inputs;
   std::vector<SimBeamDescription> beams;

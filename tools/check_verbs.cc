@@ -15,6 +15,7 @@
 #include "scenario/device_kind.h"
 #include "scenario/session.h"
 #include "tools/cli.h"
+#include "tools/failure_film.h"
 #include "tools/interruption_tries.h"
 #include "tools/junit.h"
 #include "tools/net_file.h"
@@ -138,6 +139,7 @@ struct VerifyArguments {
   std::vector<std::string> paths;
   std::string junit;
   InterruptionArguments interruptions;
+  FailureFilmArguments films;
 };
 
 /// A scenario's run against its expectations and its golden, and what came of interruptions.
@@ -146,6 +148,7 @@ struct Verified {
   scenario::RunReport run;
   std::optional<record::Comparison> golden;
   std::optional<InterruptionTries> tries;
+  std::string film;  ///< of the seconds around its failure
   Diagnostics diagnostics;
   int status = kFault;
 };
@@ -193,11 +196,34 @@ void interrupt(const InterruptionArguments& arguments, const Common& common, Ver
   if (!verified.tries->held()) verified.status = kNotHeld;
 }
 
+/// When it failed: where it left its golden first, else at its end.
+FailureMoment moment_of(const Verified& verified) {
+  FailureMoment moment{.time = verified.run.sim_time, .at_end = true};
+  if (!verified.golden) return moment;
+  for (const record::ColumnComparison& column : verified.golden->columns) {
+    if (column.passed || to_seconds(column.time) >= moment.time) continue;
+    moment = {.time = to_seconds(column.time), .at_end = false};
+  }
+  return moment;
+}
+
+void film(const FailureFilmArguments& arguments, const Common& common, Verified& verified) {
+  const bool failed = verified.status == kNotHeld || verified.status == kFault;
+  if (arguments.off || !failed || verified.run.cycles == 0 || (verified.tries && !verified.tries->held())) return;
+  const auto made = film_failure(verified.file, moment_of(verified), arguments, common);
+  if (made) {
+    verified.film = made->string();
+  } else {
+    verified.diagnostics.note("", "the failure was not filmed: " + made.error().to_string());
+  }
+}
+
 /// One scenario that fails in an unforeseen manner does not keep the others from being verified.
 Verified verify_guarded(const std::filesystem::path& file, const VerifyArguments& arguments, const Common& common) {
   try {
     Verified verified = verify_one(file, common);
     interrupt(arguments.interruptions, common, verified);
+    film(arguments.films, common, verified);
     return verified;
   } catch (const std::exception& error) {
     Verified verified;
@@ -212,6 +238,7 @@ Json describe(const Verified& verified) {
   Json json{{"file", verified.file.string()}, {"status", verified.status}, {"run", to_json(verified.run)}};
   if (verified.golden) json["golden"] = record::to_json(*verified.golden);
   if (verified.tries) json["interruptions"] = to_json(*verified.tries);
+  if (!verified.film.empty()) json["film"] = verified.film;
   json["diagnostics"] = to_json(verified.diagnostics);
   return json;
 }
@@ -260,6 +287,7 @@ int verify(const VerifyArguments& arguments, const Common& common) {
     fmt::print("{}", to_text(verified.run, verified.file.string()));
     if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));
     if (verified.tries) fmt::print("{}", to_text(*verified.tries));
+    if (!verified.film.empty()) fmt::print("  film {}\n", verified.film);
     if (verified.status == kInterrupted) break;
   }
   if (!arguments.junit.empty()) {
@@ -308,6 +336,7 @@ std::pair<CLI::App*, Verb> add_verify(CLI::App& app, Common& common) {
   verb->add_option("PATH", arguments->paths, "Scenario files, or folders of them")->required();
   verb->add_option("--junit", arguments->junit, "Report for continuous integration (JUnit XML)")->type_name("OUT.xml");
   add_interruption_options(*verb, arguments->interruptions);
+  add_failure_film_options(*verb, arguments->films);
   add_seed_options(*verb, *seeds);
   return {verb, [arguments, seeds, &common] {
             Diagnostics diagnostics = check_seed_arguments(*seeds, arguments->paths);

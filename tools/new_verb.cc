@@ -86,7 +86,7 @@ int new_object(const ObjectOptions& options, const Common& common) {
 }
 
 void add_object_options(CLI::App& verb, ObjectOptions& object) {
-  verb.add_option("--mesh", object.mesh, "Of an object: its surface, .stl or .obj")->type_name("FILE");
+  verb.add_option("--mesh", object.mesh, "Of an object: its surface, .stl, .obj or .dae")->type_name("FILE");
   verb.add_option("--scale", object.scale, "Length of one unit of the mesh, m; default: 1")->type_name("M");
   auto* mass = verb.add_option("--mass", object.mass, "Of the object")->type_name("KG");
   verb.add_option("--density", object.density, "In place of a mass, kg/m3; default: 1000")
@@ -126,12 +126,15 @@ std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
       ->check(CLI::IsMember({"robot", "object", "scenario"}));
   verb->add_option("NAME", options->name, "Name of the model: a-z, 0-9, _; of the scenario file without .json")
       ->required();
-  verb->add_option("--urdf", options->urdf, "Of a robot: the URDF file to start from")->type_name("FILE");
+  verb->add_option("--urdf", options->urdf, "Of a robot: the URDF or xacro file to start from")->type_name("FILE");
   verb->add_option("--out", options->out, "Folder for it; default of a model: models, of a scenario: this one")
       ->type_name("DIR");
   verb->add_option("--arm", *arm, "Of a scenario: model of its arm")->type_name("NAME")->capture_default_str();
   verb->add_option("--packages", options->packages, "Folders with mesh packages, besides those above the file")
       ->type_name("DIR");
+  verb->add_option("--xacro", options->xacro, "Of a robot from a xacro file: the value of an argument; several times")
+      ->type_name("NAME:=VALUE")
+      ->allow_extra_args(false);
   verb->add_option("--base", options->base, "Link at the mounting face; default: guessed")->type_name("LINK");
   verb->add_option("--flange", options->flange, "Link at the face of the flange; default: guessed")->type_name("LINK");
   verb->add_option("--title", options->title, "Title for people")->type_name("TEXT");

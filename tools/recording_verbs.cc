@@ -139,6 +139,8 @@ int bless(const BlessArguments& arguments, const Common& common) {
 struct RenderArguments {
   std::string recording;
   scenario::ReplayOptions options;
+  std::optional<double> to;
+  app::FilmViewArguments view;
   std::string size = "1280x720";
 };
 
@@ -148,6 +150,9 @@ int render(RenderArguments& arguments, const Common& common) {
     diagnostics.error(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", arguments.size),
                       "WIDTHxHEIGHT, e.g. 1280x720");
   }
+  arguments.options.view = app::parse_view(arguments.view, diagnostics);
+  arguments.options.show = arguments.view.show;
+  if (arguments.to) arguments.options.to = *arguments.to;
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
   const auto frames = scenario::render_recording(arguments.recording, library, arguments.options);
@@ -185,7 +190,20 @@ std::pair<CLI::App*, Verb> add_render(CLI::App& app, Common& common) {
   CLI::App* verb = app.add_subcommand("render", "Make a film from a recording");
   verb->add_option("RECORDING", arguments->recording, "Recording (MCAP)")->required();
   verb->add_option("--video", arguments->options.video, "Film (MP4, H.264)")->required()->type_name("OUT.mp4");
-  verb->add_option("--camera", arguments->options.camera, "Camera; without it the scenario's first")->type_name("NAME");
+  verb->add_option("--from", arguments->options.from, "The film begins at this simulated time, s")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 1e6));
+  verb->add_option("--to", arguments->to, "The film ends at this simulated time, s")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 1e6));
+  verb->add_option("--camera", arguments->options.camera,
+                   "Camera; without it the scenario's cuts; fit: one that fits the cell")
+      ->type_name("NAME");
+  app::add_film_view_options(*verb, arguments->view);
+  verb->add_option("--jobs", arguments->options.jobs, "Pictures that are drawn at a time")
+      ->type_name("N")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
   verb->add_option("--size", arguments->size, "Size of the film")->type_name("WxH")->capture_default_str();
   verb->add_option("--fps", arguments->options.fps, "Pictures per second")->capture_default_str();
   return {verb, [arguments, &common] { return render(*arguments, common); }};

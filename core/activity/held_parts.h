@@ -13,4 +13,8 @@ namespace takt::activity {
 /// cycles, after steps that have ended have said what they did.
 void notice_lost_parts(Context& context);
 
+/// The same of each tool changer that is believed to have coupled a tool side, and says that it has not, while nothing
+/// drives its lock.
+void notice_lost_tools(Context& context);
+
 }  // namespace takt::activity

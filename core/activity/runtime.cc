@@ -73,6 +73,7 @@ void Runtime::step() {
   resume_coroutines();
   scheduler_.poll();
   notice_lost_parts(context_);
+  notice_lost_tools(context_);
   run_cycle_();
 }
 

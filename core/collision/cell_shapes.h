@@ -3,6 +3,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/collision/scene.h"
@@ -32,6 +33,8 @@ struct CellShapes {
   std::set<std::string, std::less<>> free_objects = {};                ///< of these: that arms may carry
   std::map<std::string, Mechanism, std::less<>> arms = {};             ///< by device
   std::map<std::string, std::vector<int>, std::less<>> grippers = {};  ///< joints of the fingers, each half the width
+  /// Bodies that are made to meet, the smaller number first: a tool changer and a tool side that fits.
+  std::set<std::pair<int, int>> couplings = {};
 
   [[nodiscard]] bool is_relaxed(const Body& a, const Body& b) const;
   /// All names that a Relaxation may use. Realtime: setup.

@@ -1,5 +1,7 @@
 #include "core/collision/contact_rules.h"
 
+#include <algorithm>
+
 namespace takt::collision {
 
 ContactRules::ContactRules(const CellShapes& shapes, const Situation& situation)
@@ -49,6 +51,7 @@ Contact ContactRules::contact(int a, int b, const Touching& touching) const {
   if (holds(a, b) || holds(b, a)) return Contact::kIgnored;
   if (one.arm == other.arm && one.carried && other.carried) return Contact::kIgnored;  // fixed to each other
   if (shapes_.is_relaxed(shapes_.scene.body(a), shapes_.scene.body(b))) return Contact::kIgnored;
+  if (shapes_.couplings.contains(std::minmax(a, b))) return Contact::kSetDown;
   if (one.arm == other.arm && one.base && !(one.machine && other.machine)) return Contact::kIgnored;  // it stands there
   if (one.arm == other.arm) return Contact::kForbidden;
   for (const auto& [who, what] : {std::pair(a, b), std::pair(b, a)}) {

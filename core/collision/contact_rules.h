@@ -25,7 +25,7 @@ using Touching = std::set<std::string, std::less<>>;
 enum class Contact {
   kIgnored,    ///< not looked at
   kForbidden,  ///< a collision
-  kSetDown,    ///< a part that is held may stand on this
+  kSetDown,    ///< a part that is held may stand on this; a tool changer and a tool side may meet
   kMeant,      ///< a step that runs wants to touch
 };
 

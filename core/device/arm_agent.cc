@@ -31,7 +31,7 @@ std::uint32_t fault_of(DeviceSession::End end) {
 
 std::string ArmAgent::fault_text(std::uint32_t fault) {
   if (fault == kDry) return "the set points ran out: the agent stopped the arm";
-  if (fault == kElsewhere) return "set points began elsewhere than where the arm was told to be";
+  if (fault == kElsewhere) return "the first set point is away from the commanded position of the arm";
   if (fault == kStep) return "the set points would have made the arm step: the agent stopped it";
   if (fault == kSilent) return "the device was silent for too long: it begins anew once no net holds it";
   if (fault == kRestarted) return "the device began to count anew: it is taken up again once no net holds it";

@@ -14,6 +14,7 @@
 #include "core/device/force_torque_sensor.h"
 #include "core/device/gripper.h"
 #include "core/device/signal.h"
+#include "core/device/tool_changer.h"
 #include "core/motion/leg.h"
 #include "core/net/value.h"
 #include "core/world/belief.h"
@@ -90,16 +91,36 @@ struct MountedSensor {
 struct MountedTool {
   static constexpr std::string_view kOwnTcp = "tcp";  ///< that of the model
 
-  std::string arm;                                                  ///< that carries it
+  std::string arm;                                                  ///< that carries it; empty: it is not coupled
   std::map<std::string, Eigen::Isometry3d, std::less<>> X_FT = {};  ///< tool centre points by name, in the flange, m
   std::string tcp = std::string(kOwnTcp);                           ///< the one that counts where none is named
   double ball_radius = 0.0;                                         ///< of its probing ball, m; 0 = none
+  /// The tool side of a tool changer that it is mounted on; empty: it is fixed to its arm.
+  std::string side = {};
+  std::map<std::string, Eigen::Isometry3d, std::less<>> X_ST = {};  ///< tool centre points in that tool side, m
 };
 
 /// A gripper on the flange of an arm.
 struct MountedGripper {
   device::Gripper* device = nullptr;  ///< owned by the control core
-  std::string arm;                    ///< name of the arm it is mounted on
+  std::string arm;                    ///< name of the arm it is mounted on; empty: it is not coupled
+};
+
+/// The robot side of a tool changer on the flange of an arm. It is a tool of the arm as well, with its coupling face as
+/// tool centre point.
+struct MountedChanger {
+  std::string arm;                                         ///< that carries it
+  Eigen::Isometry3d X_FC = Eigen::Isometry3d::Identity();  ///< coupling face in the flange, m
+  std::string size = {};                                   ///< tool sides of the same size fit
+  device::CouplingTolerance tolerance = {};                ///< within which it couples
+  double lock_time = 0.0;                                  ///< s, that its lock takes from one end to the other
+};
+
+/// The tool side of a tool changer: what Belief::held says hangs on the changer. An object of the belief has its name;
+/// the frame of the object is the coupling face.
+struct ToolSide {
+  std::string size = {};
+  int number = 0;  ///< that the changer reads when it is coupled, from 1
 };
 
 /// What the application knows of its cell: what it believes of the world, and its devices. Where things really are only
@@ -109,6 +130,8 @@ struct Cell : world::Belief {
   std::map<std::string, MountedSensor, std::less<>> sensors;
   std::map<std::string, MountedGripper, std::less<>> grippers;
   std::map<std::string, MountedTool, std::less<>> tools;  ///< grippers included
+  std::map<std::string, MountedChanger, std::less<>> changers;
+  std::map<std::string, ToolSide, std::less<>> tool_sides;
   // Signals, owned by the control core; null where only names are known.
   std::map<std::string, device::DigitalInput*, std::less<>> digital_inputs;
   std::map<std::string, device::AnalogInput*, std::less<>> analog_inputs;

@@ -7,6 +7,7 @@
 
 #include "core/device/channel.h"
 #include "core/expression/frame_sensors.h"
+#include "core/expression/tool_coupling.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {
@@ -98,11 +99,20 @@ ExpressionPtr gripper_output(ValueType type, const Cell& cell, const std::string
                        id_of("gripper", gripper));
 }
 
+/// What a tool holds; of a changer also what the tools hold that it has coupled. In the flange.
+world::MassProperties load_behind(const Cell& cell, const std::string& tool) {
+  world::MassProperties sum = cell.load_in(tool);
+  const std::string side = coupled_side(cell, tool);
+  for (const auto& [name, one] : cell.tools)
+    if (!side.empty() && one.side == side) sum = combine(sum, cell.load_in(name));
+  return sum;
+}
+
 /// All that hangs on the measuring side of a sensor, and what its grippers hold now, in its measuring frame.
 world::MassProperties carried_by(const Cell& cell, const MountedSensor& sensor) {
   world::MassProperties sum{.mass = sensor.tool_mass, .p_OC = sensor.p_SC};
   for (const std::string& gripper : sensor.grippers)
-    sum = combine(sum, transform(sensor.X_FS.inverse(), cell.load_in(gripper)));
+    sum = combine(sum, transform(sensor.X_FS.inverse(), load_behind(cell, gripper)));
   return sum;
 }
 

@@ -48,7 +48,8 @@ void expect_tool_settings(Cell& cell) {
 Eigen::Isometry3d default_tcp(const Cell& cell, const std::string& name) {
   const MountedArm& arm = cell.arms.find(name)->second;
   const auto tool = cell.tools.find(arm.tool_name);
-  return tool == cell.tools.end() ? arm.X_FT : tool->second.X_FT.find(tool->second.tcp)->second;
+  return tool == cell.tools.end() || tool->second.arm != name ? arm.X_FT
+                                                              : tool->second.X_FT.find(tool->second.tcp)->second;
 }
 
 Eigen::Isometry3d gripping_point(const Cell& cell, const std::string& gripper) {

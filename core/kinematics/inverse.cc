@@ -73,7 +73,7 @@ Diagnostics check_held(int joint_count, const std::vector<int>& held) {
   Diagnostics diagnostics;
   if (joint_count < 3) {
     diagnostics.error(Code::kWrongSize, {}, fmt::format("the chain has {} joints", joint_count),
-                      "three or more, to reach any place");
+                      "three or more, to reach any position");
     return diagnostics;
   }
   const int wanted = std::max(0, joint_count - 6);

@@ -118,7 +118,7 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcT
   constexpr double kLeastHeight = 1e-6;  // m: of the triangle of the three points
   const double longest = std::max({a.norm(), b.norm(), (a - b).norm()});
   if (!(normal.norm() > kLeastHeight * longest)) {
-    diagnostics.error(Code::kInvalidValue, "/via", "start, point on the way and goal lie on one line",
+    diagnostics.error(Code::kInvalidValue, "/via", "start, via point and goal lie on one line",
                       "three points of a circle; or LIN");
     return std::unexpected(std::move(diagnostics));
   }

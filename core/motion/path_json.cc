@@ -110,7 +110,7 @@ Geometry read_cartesian_arc(ObjectReader& reader) {
   constexpr double kSquare = 1e-9;
   if (std::abs(out.dot(arc.normal)) > kSquare * (1.0 + out.norm())) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at("normal"), "the normal leans towards the start of the arc",
-                               "at right angles to the way from the centre to the start");
+                               "perpendicular to the line from the centre to the start");
   }
   return arc;
 }

@@ -233,7 +233,7 @@ void PathPlanner::check_rolling(const PieceWalk& walk, const char* word, const s
     if (std::abs(sideways) <= kRounding * ahead + kNothing) continue;
     diagnostics.error(
         Code::kUnsupported, pointer,
-        fmt::format("the base cannot go sideways: at {:.0f} % of the {} its way is turned by {:.3g} deg against where "
+        fmt::format("the base cannot go sideways: at {:.0f} % of the {} its path is turned by {:.3g} deg against where "
                     "it points",
                     100 * walk.t(n), word,
                     std::asin(std::min(1.0, std::abs(sideways) / ahead)) * 180.0 / std::numbers::pi),

@@ -145,7 +145,7 @@ class SequencePlanner {
     if (from.blend.kind == Blend::Kind::kNone) diagnostics.error(Code::kPlanningFailed, "/blend", "none was asked for");
     if (!(from.tau > 0.0 && from.tau + from.lead < motion.duration()))
       diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s", from.tau),
-                        "on the way, with the lead before the end");
+                        "within the motion, with the lead before its end");
     if (!diagnostics.has_errors()) diagnostics = walk(part, "/motion");
     if (diagnostics.has_errors()) return diagnostics;
     part.begin = motion.law.at(from.tau).s;
@@ -212,7 +212,7 @@ class SequencePlanner {
     Part& a = parts_[i];
     Part& b = parts_[i + 1];
     if (a.leg.blend.kind == Blend::Kind::kNone) return;
-    if (a.cost < kNoWay || b.cost < kNoWay) return note_rest(i, "a motion without way");
+    if (a.cost < kNoWay || b.cost < kNoWay) return note_rest(i, "a motion without length");
     if (direction(a, 1.0).dot(direction(b, 0.0)) < kReversal)
       return note_rest(i, "the next motion turns straight back");
     a.end = 1.0 - share_of(i, true);
@@ -245,7 +245,7 @@ class SequencePlanner {
     parts_[i + 1] = b;
     notes_ = notes;
     if (!slower) return;
-    note_rest(i, "the way round the corner takes longer than a stop, a larger blend does not");
+    note_rest(i, "this blend takes longer than a stop, a larger one does not");
     stop_after(i);
   }
 

@@ -297,7 +297,7 @@ void Flattener::index_ports(FlatFragment& fragment) {
                     twice ? fmt::format("duplicate port '{}'", shown(ports[i].first))
                           : fmt::format("invalid port name '{}'", ports[i].first),
                     reserved ? "the input 'active' is there by itself"
-                    : twice  ? (output ? "an output comes from one place" : "an input leads to each place once")
+                    : twice  ? (output ? "an output has one source" : "an input leads to each target once")
                              : "a port has a name");
     }
   };
@@ -533,7 +533,7 @@ void Flattener::connect(const FlatLink& link) {
   const PrimitiveInfo::Port& input = flat_.input(link.to, link.to_port);
   if (output.type != input.type) {
     report_.error(Code::kTypeMismatch, flat_.link_pointer(link),
-                  fmt::format("'{}' is {}, but '{}' takes {}", flat_.output_name(link.from, link.from_port),
+                  fmt::format("'{}' is {}, but '{}' accepts {}", flat_.output_name(link.from, link.from_port),
                               name_of(output.type), flat_.input_name(link.to, link.to_port), name_of(input.type)),
                   "nothing is converted in silence: put a primitive between that does it");
   }

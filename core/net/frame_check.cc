@@ -112,9 +112,9 @@ class FrameChecker {
     if (!fits) {
       report_.error(
           Code::kFrameMismatch, flat_.link_pointer(link),
-          fmt::format("frame mismatch: '{}' is {}{}, but '{}' takes {}{}", flat_.output_name(link.from, link.from_port),
-                      words(from), flat_.declared_frame(link.from), flat_.input_name(link.to, link.to_port), words(to),
-                      flat_.declared_frame(link.to)),
+          fmt::format("frame mismatch: '{}' is {}{}, but '{}' accepts {}{}",
+                      flat_.output_name(link.from, link.from_port), words(from), flat_.declared_frame(link.from),
+                      flat_.input_name(link.to, link.to_port), words(to), flat_.declared_frame(link.to)),
           "A>B is the pose of B in A, a single name the frame a value is expressed in");
       return;
     }

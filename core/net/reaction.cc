@@ -62,8 +62,9 @@ class DemandCheck {
       const int output = flat_.output_base[static_cast<std::size_t>(demand.from)] + demand.from_port;
       if (output != followed) work_ += graph_.size();
       if (work_ > kMostWork) {
-        report_.error(Code::kTooLarge, flat_.demand_pointer(demand), "too many demands for a net of this size",
-                      "demands from one output stand best one after the other: the way from there is followed once");
+        report_.error(
+            Code::kTooLarge, flat_.demand_pointer(demand), "too many demands for a net of this size",
+            "demands from one output are best listed one after the other: the path from there is followed once");
         return;
       }
       if (output != followed) graph_.follow(std::span(&output, 1));
@@ -92,22 +93,22 @@ class DemandCheck {
           Code::kReactionBound, place,
           fmt::format("no bound from '{}' to '{}': the time depends on data: {}", from, to,
                       graph_.words_of(graph_.data_dependent_way(std::span(&output, 1), input))),
-          fmt::format("at most {} demanded; lead a way with a fixed latency beside it", cycles(wanted.maximum_cycles)));
+          fmt::format("at most {} demanded; add a path with a fixed latency beside it", cycles(wanted.maximum_cycles)));
       return;
     }
     if (arrival.last > wanted.maximum_cycles) {
       report_.error(Code::kReactionBound, place + "/maximum_cycles",
                     fmt::format("'{}' can take {} to '{}': {}", from, cycles(arrival.last), to,
                                 arrival.exact ? graph_.words_of(graph_.longest_way(input))
-                                              : "an upper bound, since the loop on the way is too tangled"),
-                    fmt::format("at most {} demanded; take a delay out of this way", cycles(wanted.maximum_cycles)));
+                                              : "an upper bound, since the loop on the path is too tangled"),
+                    fmt::format("at most {} demanded; take a delay out of this path", cycles(wanted.maximum_cycles)));
     }
     const std::int64_t minimum = wanted.minimum_cycles.value_or(0);
     if (arrival.first < minimum) {
       report_.error(Code::kReactionBound, place + "/minimum_cycles",
                     fmt::format("'{}' can take only {} to '{}': {}", from, cycles(arrival.first), to,
                                 graph_.words_of(graph_.shortest_way(input))),
-                    fmt::format("at least {} demanded; put a delay into this way", cycles(minimum)));
+                    fmt::format("at least {} demanded; put a delay into this path", cycles(minimum)));
     }
     net_report_.demands.push_back({from, to, wanted.maximum_cycles, minimum, arrival.first, arrival.last,
                                    graph_.links_of(graph_.longest_way(input))});

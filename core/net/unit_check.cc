@@ -355,7 +355,7 @@ class UnitChecker {
     if (!reported_.insert(number).second) return;
     report_.error(
         Code::kUnitMismatch, flat_.link_pointer(link),
-        fmt::format("unit mismatch: '{}' is {}{}, but '{}' takes {}{}", flat_.output_name(link.from, link.from_port),
+        fmt::format("unit mismatch: '{}' is {}{}, but '{}' accepts {}{}", flat_.output_name(link.from, link.from_port),
                     unit_text(link.from, terms(link.from, link.from_port, true)), flat_.declared_unit(link.from),
                     flat_.input_name(link.to, link.to_port), unit_text(link.to, terms(link.to, link.to_port, false)),
                     flat_.declared_unit(link.to)),

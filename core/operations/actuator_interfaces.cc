@@ -73,7 +73,7 @@ std::vector<InterfaceOffer> offers_of() {
 std::vector<InterfaceOffer>& all_offers() {
   static auto offers = offers_of<MotionInterface, PtpInterface, LinInterface, JointInterface, HoldInterface,
                                  ForceInterface, JogInterface, FollowInterface, ControlModeInterface,
-                                 FreedriveInterface, GrippingInterface, OutputInterface>();
+                                 FreedriveInterface, GrippingInterface, ToolChangerInterface, OutputInterface>();
   return offers;
 }
 
@@ -110,6 +110,9 @@ bool FreedriveInterface::offered_by(const Cell& cell, const std::string& actuato
 }
 bool GrippingInterface::offered_by(const Cell& cell, const std::string& actuator) {
   return cell.grippers.contains(actuator);
+}
+bool ToolChangerInterface::offered_by(const Cell& cell, const std::string& actuator) {
+  return cell.changers.contains(actuator);
 }
 bool OutputInterface::offered_by(const Cell& cell, const std::string& actuator) { return is_output(cell, actuator); }
 
@@ -257,6 +260,7 @@ Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), nam
   };
   add(cell.arms);
   add(cell.grippers);
+  add(cell.changers);
   add(cell.digital_outputs);
   add(cell.analog_outputs);
   throw_diagnostic(Code::kUnknownName, name_, fmt::format("the cell has no actuator '{}'", name_),

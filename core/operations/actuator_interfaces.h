@@ -7,6 +7,7 @@
 
 #include "core/activity/activity.h"
 #include "core/activity/command_activity.h"
+#include "core/operations/couple.h"
 #include "core/operations/follow.h"
 #include "core/operations/freedrive.h"
 #include "core/operations/grip.h"
@@ -186,6 +187,19 @@ class GrippingInterface : public ActuatorInterface {
   /// the gripper opens, with `part_mass` the arm is set to carry it.
   [[nodiscard]] Activity close(const GripParameters& parameters = {}) const { return perform(parameters); }
   [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const { return perform(parameters); }
+};
+
+/// Of tool changers.
+class ToolChangerInterface : public ActuatorInterface {
+ public:
+  static constexpr std::string_view kName = "ToolChangerInterface";
+  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  using ActuatorInterface::ActuatorInterface;
+
+  /// The run fails where no tool side is, or another one than was named. What is coupled is a tool of the arm from then
+  /// on: Actuator::use_tool().
+  [[nodiscard]] Activity couple(const CoupleParameters& parameters = {}) const { return perform(parameters); }
+  [[nodiscard]] Activity uncouple(const UncoupleParameters& parameters = {}) const { return perform(parameters); }
 };
 
 /// Of digital and analog outputs.

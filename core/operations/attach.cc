@@ -38,8 +38,11 @@ ParameterTable<P> table_with_tool() {
   return table;
 }
 
+/// Size 0: the tool is coupled to no arm.
 kinematics::JointVector joints_at(const command::Cell& cell, const std::string& tool) {
-  const command::MountedArm& arm = cell.arms.find(cell.tools.find(tool)->second.arm)->second;
+  const auto found = cell.arms.find(cell.tools.find(tool)->second.arm);
+  if (found == cell.arms.end()) return {};
+  const command::MountedArm& arm = found->second;
   return arm.device->has_sample() ? arm.device->sample().q : arm.set_point();
 }
 
@@ -64,10 +67,17 @@ Diagnostics refused(Code code, std::string pointer, std::string message, std::st
   return diagnostics;
 }
 
+/// What lies in a dock holds nothing.
+Diagnostics check_coupled_tool(const command::Cell& cell, const std::string& tool) {
+  if (cell.arms.contains(cell.tools.find(tool)->second.arm)) return {};
+  return refused(Code::kNotPossibleNow, "/tool", fmt::format("'{}' is coupled to no arm", tool), "\"couple\" before");
+}
+
 /// @param q  of the arm that carries the tool   @return the object
 Result<std::string> attach_at(command::Cell& cell, const AttachParameters& parameters,
                               const kinematics::JointVector& q) {
   const std::string& tool = parameters.tool;
+  if (const Diagnostics away = check_coupled_tool(cell, tool); away.has_errors()) return std::unexpected(away);
   if (const auto held = cell.held.find(tool); held != cell.held.end())
     return std::unexpected(refused(Code::kConflict, "/tool",
                                    fmt::format("'{}' holds '{}' already", tool, held->second.object),
@@ -82,6 +92,8 @@ Result<std::string> attach_at(command::Cell& cell, const AttachParameters& param
 
 Result<std::string> detach_at(command::Cell& cell, const DetachParameters& parameters,
                               const kinematics::JointVector& q) {
+  if (const Diagnostics away = check_coupled_tool(cell, parameters.tool); away.has_errors())
+    return std::unexpected(away);
   const auto left = leave_part(cell, detaching(parameters, q));
   if (!left) return std::unexpected(left.error());
   if (*left) return (*left)->object;

@@ -65,6 +65,18 @@ Frame Frame::keep_as(const std::string& name, const std::string& in) const {
   return {*runtime_, name};
 }
 
+Frame ScopedFrame::kept_alone(const Frame& frame, const std::string& name, const std::string& in) {
+  if (!frame.runtime_->cell().frames.contains(name)) return frame.keep_as(name, in);
+  Diagnostics taken;
+  taken.error(Code::kDuplicate, "", fmt::format("there is a frame '{}'", name), "a name of its own");
+  frame.give_up(taken);
+}
+
+ScopedFrame::ScopedFrame(const Frame& frame, const std::string& name, const std::string& in)
+    : frame_(kept_alone(frame, name, in)) {}
+
+ScopedFrame::~ScopedFrame() { frame_.runtime_->cell().frames.remove(frame_.name_); }
+
 void Frame::give_up(const Diagnostics& why) const {
   Diagnostics placed;
   placed.append(why, pointer_segment(name_));

@@ -35,11 +35,31 @@ class Frame {
   Frame keep_as(const std::string& name, const std::string& in) const;
 
  private:
+  friend class ScopedFrame;
   [[noreturn]] void give_up(const Diagnostics& why) const;
 
   Runtime* runtime_;
   std::string name_;
   Eigen::Isometry3d X_ = Eigen::Isometry3d::Identity();  ///< in the frame of that name, m
+};
+
+/// A frame of the cell that ends with its scope, as those of a sequence of a file do: what was put down on it stays
+/// where it is. The runtime has to outlive it.
+class ScopedFrame {
+ public:
+  /// As Frame::keep_as(). Throws ActivityError for a name that is not free, also of a frame that another has made.
+  ScopedFrame(const Frame& frame, const std::string& name, const std::string& in);
+  ScopedFrame(const Frame& frame, const std::string& name) : ScopedFrame(frame, name, frame.name_) {}
+  ~ScopedFrame();
+  ScopedFrame(const ScopedFrame&) = delete;
+  ScopedFrame& operator=(const ScopedFrame&) = delete;
+
+  [[nodiscard]] const Frame& frame() const { return frame_; }
+
+ private:
+  static Frame kept_alone(const Frame& frame, const std::string& name, const std::string& in);
+
+  Frame frame_;
 };
 
 }  // namespace takt::activity

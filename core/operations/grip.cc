@@ -151,6 +151,11 @@ class GripperCommand final : public OperationCommand {
   }
 
   [[nodiscard]] bool is_called_by_type() const override { return true; }
+  void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
+    if (is_there(cell)) return;
+    diagnostics.error(Code::kNotPossibleNow, pointer + "/gripper",
+                      fmt::format("'{}' is coupled to no arm", parameters_.gripper), "\"couple\" before");
+  }
   [[nodiscard]] MeantTouch meant_touch() const override { return {.devices = {parameters_.gripper}}; }
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const override {
     rehearse_grip(parameters_, pointer, rehearsal, diagnostics);
@@ -159,6 +164,7 @@ class GripperCommand final : public OperationCommand {
   void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
     if (is_alone() ? cancelled : !ended.was_true(key + " stands")) return;
+    if (!is_there(context.cell)) return check(context.cell, diagnostics);  // its changer has lost it meanwhile
     GripOutcome outcome{.holding = ended.value<net::Boolean>(key + " holding"),
                         .width = ended.value<net::Real>(key + " width"),
                         .q = {}};
@@ -173,6 +179,9 @@ class GripperCommand final : public OperationCommand {
   [[nodiscard]] const std::string& arm(const command::Cell& cell) const {
     return cell.grippers.find(parameters_.gripper)->second.arm;
   }
+
+  /// It is fixed to an arm, or coupled.
+  [[nodiscard]] bool is_there(const command::Cell& cell) const { return cell.arms.contains(arm(cell)); }
 
   FingerMotion parameters_;
 };

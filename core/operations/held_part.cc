@@ -159,8 +159,8 @@ void check_told_masses(const command::Places& before, Rehearsal& rehearsal, Diag
                      .code = Code::kPayloadMismatch,
                      .file = {},
                      .pointer = pointer,
-                     .message = fmt::format("'{}' weighs {:g} kg, and its grippers are told {:g} kg", hold.object,
-                                            mismatch->known, mismatch->told),
+                     .message = fmt::format("'{}' weighs {:g} kg, but the payload of its grippers is {:g} kg",
+                                            hold.object, mismatch->known, mismatch->told),
                      .hint = "the mass of the object where it is described, or no 'part_mass_kg': takt knows it"});
   }
 }

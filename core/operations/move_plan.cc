@@ -162,7 +162,7 @@ std::unexpected<Diagnostics> no_path(const Around& around, const Obstruction& mo
   return failure(
       Code::kPlanningFailed, "/to",
       fmt::format("no path was found on which nothing collides; most often in the way: {}", around.names(most)),
-      "a larger 'effort', another 'seed', a smaller 'clearance_m', or motions to a point on the way");
+      "a larger 'effort', another 'seed', a smaller 'clearance_m', or motions over via points");
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace takt::activity {
   add(attach) \
   add(circ) \
   add(control_mode) \
+  add(couple) \
   add(detach) \
   add(fit_pose) \
   add(follow) \
@@ -38,6 +39,7 @@ namespace takt::activity {
   add(spline) \
   add(tare) \
   add(transaction) \
+  add(uncouple) \
   add(wait) \
   add(wipe)
 // clang-format on

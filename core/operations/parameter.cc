@@ -83,8 +83,8 @@ bool is_index(std::string_view segment) {
 }  // namespace
 
 std::string_view to_text(NameOf what) {
-  static constexpr std::array<std::string_view, 6> kTexts{"arm", "force/torque sensor", "gripper", "output", "object",
-                                                          "net"};
+  static constexpr std::array<std::string_view, 7> kTexts{
+      "arm", "force/torque sensor", "gripper", "tool changer", "output", "object", "net"};
   return kTexts.at(static_cast<std::size_t>(what));
 }
 
@@ -99,6 +99,9 @@ std::vector<std::string> names_in(const command::Cell& cell, NameOf what) {
       break;
     case NameOf::kGripper:
       add_names(cell.grippers, names);
+      break;
+    case NameOf::kToolChanger:
+      add_names(cell.changers, names);
       break;
     case NameOf::kOutput:
       add_names(cell.digital_outputs, names);

@@ -22,7 +22,7 @@
 namespace takt::activity {
 
 /// The members of a cell that a parameter may name.
-enum class NameOf { kArm, kSensor, kGripper, kOutput, kObject, kNet };
+enum class NameOf { kArm, kSensor, kGripper, kToolChanger, kOutput, kObject, kNet };
 
 /// "arm", "force/torque sensor", ... for people.
 [[nodiscard]] std::string_view to_text(NameOf what);

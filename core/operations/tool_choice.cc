@@ -24,15 +24,24 @@ std::vector<std::string> tools_on(const Cell& cell, const std::string& arm) {
   return names;
 }
 
+/// A tool of another arm, or one that no arm has now.
+Result<const MountedTool*> not_on(const Cell& cell, const std::string& arm, const std::string& name) {
+  const auto tool = cell.tools.find(name);
+  if (tool != cell.tools.end() && tool->second.arm.empty())
+    return failure(Code::kNotPossibleNow, "/tool", fmt::format("'{}' is not coupled to '{}'", name, arm),
+                   fmt::format("\"do\": \"couple\" of '{}' before", tool->second.side));
+  const auto there = tools_on(cell, arm);
+  return failure(Code::kUnknownName, "/tool", fmt::format("'{}' carries no tool '{}'", arm, name),
+                 there.empty() ? "no 'tool': it carries none" : nearest_choice(name, there));
+}
+
 /// The tool that is meant; null: the arm has none.
 Result<const MountedTool*> tool_meant(const Cell& cell, const std::string& arm, const ToolChoice& choice) {
   const std::string& name = choice.tool.empty() ? cell.arms.find(arm)->second.tool_name : choice.tool;
   const auto found = cell.tools.find(name);
   if (found != cell.tools.end() && found->second.arm == arm) return &found->second;
-  if (choice.tool.empty()) return nullptr;
-  const auto there = tools_on(cell, arm);
-  return failure(Code::kUnknownName, "/tool", fmt::format("'{}' carries no tool '{}'", arm, name),
-                 there.empty() ? "no 'tool': it carries none" : nearest_choice(name, there));
+  if (choice.tool.empty() && found == cell.tools.end()) return nullptr;
+  return not_on(cell, arm, name);
 }
 
 /// A frame that the flange of the arm carries, as tool centre point.

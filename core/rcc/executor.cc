@@ -200,7 +200,7 @@ std::optional<net::Text> Executor::refuse_end(const NetEntry& entry, const Trans
   for (const int place : entry.claims) {
     const device::Actuator* actuator = resources_[place].actuator;
     if (actuator != nullptr && !actuator->will_rest() && !is_taken(place))
-      return format_text("{} would move on, and nobody takes it over", actuator->name());
+      return format_text("{} would move on, and no net takes it over", actuator->name());
   }
   return std::nullopt;
 }

@@ -41,6 +41,20 @@ Diagnostics FrameGraph::set(const std::string& name, const Relation& relation) {
   return diagnostics;
 }
 
+bool FrameGraph::remove(std::string_view name) {
+  const auto found = relations_.find(name);
+  if (found == relations_.end() || found->second.kind != Relation::Kind::kEstimate) return false;
+  const Relation gone = found->second;
+  relations_.erase(found);
+  for (auto& [child, relation] : relations_) {
+    if (relation.parent != name) continue;
+    relation.parent = gone.parent;
+    relation.X_PF = gone.X_PF * relation.X_PF;
+  }
+  ++changes_;
+  return true;
+}
+
 void FrameGraph::see(std::string_view name, const Eigen::Isometry3d& X_PF) {
   const auto found = relations_.find(name);
   if (found != relations_.end() && found->second.moves()) found->second.X_seen = X_PF;

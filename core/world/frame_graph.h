@@ -51,6 +51,9 @@ class FrameGraph {
     return set(name, Relation{.kind = Relation::Kind::kFixed, .parent = parent, .X_PF = X_PF});
   }
   [[nodiscard]] Diagnostics set(const std::string& name, const Relation& relation);
+  /// Takes a frame away that a step has made (kEstimate). What was measured, made or put down on it stays where it is
+  /// and depends on its parent from then on. Of other frames, and of the world, nothing happens. @return it was there
+  bool remove(std::string_view name);
   /// Where a frame that moves is now, in its parent: what pose() answers until it is seen again. Others do not change.
   void see(std::string_view name, const Eigen::Isometry3d& X_PF);
   /// The same of all frames that ride on an arm: X_BL tells where a link of it is now in its base, "" is the flange;

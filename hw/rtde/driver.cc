@@ -71,7 +71,7 @@ constexpr std::array<FaultText, 13> kFaultTexts = {
       "the program did not start: is the controller in remote control, and is its log free of errors?"},
      {DriverFault::kPackagesMissing, "the controller heard nothing for too long and stopped the arm"},
      {DriverFault::kPaused, "the program is paused at the controller: resume it there"},
-     {DriverFault::kPayload, "the controller counts with another payload than it was told: check the installation"},
+     {DriverFault::kPayload, "the controller uses another payload than the one that was set: check the installation"},
      {DriverFault::kStarting, "the program is being started"},
      {DriverFault::kFreedrive, "the arm is led by hand"}}};
 

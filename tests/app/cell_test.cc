@@ -263,6 +263,23 @@ TEST(Cell, L6_AnAbortBetweenTwoNetsStopsTheNextOne) {
   EXPECT_LT(aborted.sim_time, 0.5);
 }
 
+TEST(Cell, AMoveGoesAroundAndIsRefusedWhereItsGoalCollides) {
+  Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const auto motion = cell.arm().use<MotionInterface>();
+  kinematics::JointVector into_block(7);
+  into_block << 0.0, -1.3, 0.0, 1.3, 0.0, -0.5, 0.0;
+  const double before = cell.time();
+  EXPECT_THAT(error_of([&] { motion.move(into_block).execute(); }),
+              takt::test::ReportsAnywhere(Code::kCollision, {"chuck"}));
+  EXPECT_LT(cell.time() - before, 0.1) << "nothing has moved";
+  // Out of reach of the block the same motion is carried out.
+  kinematics::JointVector aside = into_block;
+  aside[0] = 1.2;
+  aside[1] = -0.6;
+  motion.move(aside).execute();
+  EXPECT_LT((cell.arm().q() - aside).norm(), 1e-6);
+}
+
 TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {
   Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
   const auto motion = cell.arm().use<MotionInterface>();

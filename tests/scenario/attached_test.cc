@@ -5,38 +5,17 @@
 #include <gtest/gtest.h>
 
 #include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 
 namespace takt::scenario::screw_test {
 namespace {
 
 using takt::test::Reports;
-using test::models;
 using test::parsed;
-
-struct Ran {
-  std::unique_ptr<Session> session;
-  RunReport report;
-
-  [[nodiscard]] const BuiltCell& built() const { return session->built(); }
-};
-
-Ran run(Description description) {
-  auto session = Session::create(std::move(description), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  Ran ran{.session = std::move(*session), .report = {}};
-  ran.report = ran.session->run({});
-  return ran;
-}
-
-Diagnostics refusal(Description description) {
-  const auto session = Session::create(std::move(description), models());
-  return session ? Diagnostics() : session.error();
-}
+using test::Ran;
+using test::refusal;
+using test::run_kept;
 
 // -- Parts that are held without fingers ------------------------------------------------------------------------------
 
@@ -60,7 +39,7 @@ Description over_a_screw(const std::string& steps) {
 
 /// The bit rests on the bottom of the socket, and the magnet holds the screw.
 TEST(AttachedParts, GoWithTheToolInTheBeliefAndInTruth) {
-  const Ran ran = run(over_a_screw(R"({"do": "attach", "grasp": "socket"},
+  const Ran ran = run_kept(over_a_screw(R"({"do": "attach", "grasp": "socket"},
       {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5})"));
   ASSERT_NE(ran.session, nullptr);
   ASSERT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
@@ -77,7 +56,7 @@ TEST(AttachedParts, GoWithTheToolInTheBeliefAndInTruth) {
 }
 
 TEST(AttachedParts, StayWhereTheProgramSaysThatTheyAreLeft) {
-  const Ran ran = run(over_a_screw(R"({"do": "attach", "tool": "driver", "part": "screw"},
+  const Ran ran = run_kept(over_a_screw(R"({"do": "attach", "tool": "driver", "part": "screw"},
       {"do": "detach", "onto": "rack", "position_m": [0, 0, 0.008], "rpy_deg": [0, 0, 30]})"));
   ASSERT_NE(ran.session, nullptr);
   ASSERT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();

@@ -10,7 +10,7 @@
 #include "core/kinematics/chain.h"
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 
 namespace takt::scenario::base_test {
@@ -19,8 +19,11 @@ namespace {
 using takt::test::Expected;
 using takt::test::Reports;
 using takt::test::ReportsAnywhere;
+using test::expect_passed;
 using test::models;
 using test::parsed;
+using test::refusal;
+using test::run;
 using testing::Not;
 
 Description alone(const std::string& program, const std::string& more = "", const std::string& base = "") {
@@ -29,25 +32,6 @@ Description alone(const std::string& program, const std::string& more = "", cons
       R"(}}, "frames": {"bay": {"position_m": [1, 3, 0], "rpy_deg": [0, 0, 180]}},
                 "program": {"do": "sequence", "steps": [)" +
       program + "]}" + more + "}");
-}
-
-Diagnostics refusal(Description description) {
-  const auto session = Session::create(std::move(description), models());
-  return session ? Diagnostics() : session.error();
-}
-
-RunReport run(Description description) {
-  auto session = Session::create(std::move(description), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  return (*session)->run({});
-}
-
-void expect_passed(const RunReport& report) {
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
-  for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
 }
 
 Description rolling(const std::string& program, const std::string& more = "") {

@@ -6,15 +6,19 @@
 
 #include "core/device/arm.h"
 #include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 
 namespace takt::scenario::belief_test {
 namespace {
 
 using takt::test::Reports;
+using test::expect_passed;
 using test::models;
 using test::parsed;
+using test::Ran;
+using test::refusal;
+using test::run_kept;
 
 Description shipped(const std::string& name, const std::vector<Override>& overrides = {}) {
   auto description = read_description("scenarios/" + name, overrides);
@@ -26,35 +30,9 @@ Description shipped(const std::string& name, const std::vector<Override>& overri
   return std::move(*description);
 }
 
-Diagnostics refusal(Description description) {
-  const auto session = Session::create(std::move(description), models());
-  return session ? Diagnostics() : session.error();
-}
-
-struct Ran {
-  std::unique_ptr<Session> session;
-  RunReport report;
-
-  [[nodiscard]] const command::Cell& cell() const { return session->built().cell; }
-  [[nodiscard]] double load(const std::string& arm) const {
-    return cell().arms.find(arm)->second.device->tool().payload.mass;
-  }
-};
-
-Ran run(Description description) {
-  auto session = Session::create(std::move(description), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  Ran ran{.session = std::move(*session), .report = {}};
-  ran.report = ran.session->run({});
-  return ran;
-}
-
-void expect_passed(const RunReport& report) {
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
-  for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
+/// kg, as its controller was told.
+double load_of(const command::Cell& cell, const std::string& arm) {
+  return cell.arms.find(arm)->second.device->tool().payload.mass;
 }
 
 /// An arm with a gripper, a table, and a block of 0.5 kg on it; `steps` after the block was gripped.
@@ -77,19 +55,19 @@ Description with_block(const std::string& steps, const std::string& more = "") {
 // -- Parts that are carried -------------------------------------------------------------------------------------------
 
 TEST(BelievedParts, GoOnBeingWhereTheyAreBelievedThroughTenFastMotions) {
-  const Ran ran = run(shipped("shake.json"));
+  const Ran ran = run_kept(shipped("shake.json"));
   ASSERT_NE(ran.session, nullptr);
   expect_passed(ran.report);
   EXPECT_EQ(ran.cell().held.at("gripper").object, "part") << "nobody named it: it was between the fingers";
   const double empty = ran.cell().arms.at("arm").unloaded->mass;
-  EXPECT_NEAR(ran.load("arm") - empty, 1.0, 0.02) << "what the controller was told";
+  EXPECT_NEAR(load_of(ran.cell(), "arm") - empty, 1.0, 0.02) << "what the controller was told";
 }
 
 /// Goals on a held part see it where it is: this one asks for where the tool is already.
 TEST(BelievedParts, AGoalOnAHeldPartIsWhereTheArmHoldsIt) {
-  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.16]}, "speed": 0.5},
+  const Ran ran = run_kept(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.16]}, "speed": 0.5},
       {"do": "lin", "name": "stay", "to": {"in": "block/top", "position_m": [0, 0, 0]}})",
-                                 R"(, "expectations": [
+                                      R"(, "expectations": [
       {"kind": "belief", "frame": "block", "position_within_m": 0.002, "angle_within_deg": 1},
       {"kind": "tool_pose", "in": "block/top", "position_within_m": 0.002, "angle_within_deg": 1}])"));
   ASSERT_NE(ran.session, nullptr);
@@ -98,7 +76,7 @@ TEST(BelievedParts, AGoalOnAHeldPartIsWhereTheArmHoldsIt) {
 }
 
 TEST(BelievedParts, StayWhereTheyAreReleasedAndCanBeGrippedAgain) {
-  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5},
+  const Ran ran = run_kept(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5},
       {"do": "lin", "to": {"by_m": [0.02, 0.25, 0]}, "speed": 0.5},
       {"do": "lin", "to": {"by_m": [0, 0, -0.0995]}, "velocity_m_s": 0.05},
       {"do": "release", "width_m": 0.08, "speed_m_s": 0.1},
@@ -108,27 +86,28 @@ TEST(BelievedParts, StayWhereTheyAreReleasedAndCanBeGrippedAgain) {
       {"do": "lin", "to": {"in": "block/top", "position_m": [0, 0, 0]}, "speed": 0.5},
       {"do": "grip", "force_N": 60, "speed_m_s": 0.1, "part": "block", "part_mass_kg": 0.5},
       {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5})",
-                                 R"(, "expectations": [{"kind": "gripper", "is": "holding"},
+                                      R"(, "expectations": [{"kind": "gripper", "is": "holding"},
       {"kind": "belief", "frame": "block", "position_within_m": 0.002, "angle_within_deg": 1}])"));
   ASSERT_NE(ran.session, nullptr);
   expect_passed(ran.report);
 }
 
 TEST(BelievedParts, WhatIsReleasedRidesOnWhatItLiesOn) {
-  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "speed": 0.5},
+  const Ran ran = run_kept(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "speed": 0.5},
       {"do": "lin", "to": {"by_m": [0, 0, -0.0495]}, "velocity_m_s": 0.05},
       {"do": "release", "width_m": 0.08, "speed_m_s": 0.1})"));
   ASSERT_NE(ran.session, nullptr);
   EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
   EXPECT_EQ(ran.cell().frames.relation("block")->parent, "table");
-  EXPECT_DOUBLE_EQ(ran.load("arm"), ran.cell().arms.at("arm").unloaded->mass) << "put down";
+  EXPECT_DOUBLE_EQ(load_of(ran.cell(), "arm"), ran.cell().arms.at("arm").unloaded->mass) << "put down";
 }
 
 TEST(BelievedParts, AreLostWhenTheyAreKnockedOutOfTheHand) {
-  const Ran ran = run(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.2]}, "speed": 0.5},
+  const Ran ran =
+      run_kept(with_block(R"({"do": "lin", "to": {"by_m": [0, 0, 0.2]}, "speed": 0.5},
       {"do": "wait", "seconds": 6},
       {"do": "lin", "name": "after it", "to": {"in": "block", "position_m": [0, 0, 0.1]}})",
-                                 R"(, "faults": [{"do": "push", "at_s": 5, "body": "block", "force_N": [0, 0, -400],
+                          R"(, "faults": [{"do": "push", "at_s": 5, "body": "block", "force_N": [0, 0, -400],
       "seconds": 0.5}])"));
   ASSERT_NE(ran.session, nullptr);
   EXPECT_EQ(ran.report.verdict, Verdict::kError);
@@ -163,7 +142,8 @@ TEST(ToldMasses, AFixedObjectCannotBeTaken) {
 
 /// A part in a tray on a platform that drives up to an arm.
 TEST(BelievedFrames, OnABaseMoveWithItAndSoDoWhatStandsOnThemAndCameras) {
-  const Ran ran = run(parsed(R"({"devices": {"platform": {"model": "youbot_base", "at": {"position_m": [1, -1, 0]}}},
+  const Ran ran = run_kept(parsed(R"({"devices": {
+      "platform": {"model": "youbot_base", "at": {"position_m": [1, -1, 0]}}},
     "frames": {"beside": {"in": "platform", "position_m": [0, 0.5, 0.2]}},
     "objects": {
       "tray": {"shape": "box", "size_m": [0.2, 0.25, 0.02], "at": {"in": "platform", "position_m": [-0.15, 0, 0.1375]},
@@ -205,7 +185,7 @@ Description with_lamp(const std::string& goal_deg) {
 }
 
 TEST(BelievedFrames, OnALinkMoveWithItAndSoDoesWhatIsFixedThere) {
-  const Ran ran = run(with_lamp("40, -20, 30, 70, 20, -60, 0"));
+  const Ran ran = run_kept(with_lamp("40, -20, 30, 70, 20, -60, 0"));
   ASSERT_NE(ran.session, nullptr);
   expect_passed(ran.report);
   const auto before = Session::create(with_lamp("40, -20, 30, 70, 20, -60, 0"), models());
@@ -223,7 +203,7 @@ TEST(BelievedFrames, WhatIsFixedToALinkCollidesWhereTheLinkTakesIt) {
 }
 
 TEST(BelievedFrames, AStepMakesThemAndTheyDependOnWhatItSays) {
-  const Ran ran = run(with_block(R"({"do": "set_frame", "as": "before", "of": "gripper/tcp", "in": "table"},
+  const Ran ran = run_kept(with_block(R"({"do": "set_frame", "as": "before", "of": "gripper/tcp", "in": "table"},
       {"do": "set_frame", "as": "under", "in": "block", "position_m": [0, 0, -0.03]},
       {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5})"));
   ASSERT_NE(ran.session, nullptr);
@@ -240,7 +220,7 @@ TEST(BelievedFrames, AStepMakesThemAndTheyDependOnWhatItSays) {
 
 /// A push of 20 N is felt by the joints, within what an arm knows of itself.
 TEST(OwnForce, OfAnArmEndsAGuardedMotionAsASensorDoes) {
-  const Ran ran = run(parsed(R"({"devices": {"arm": {"model": "lwr4plus", "own_force": "felt"},
+  const Ran ran = run_kept(parsed(R"({"devices": {"arm": {"model": "lwr4plus", "own_force": "felt"},
       "probe": {"model": "probe_ball", "on": "arm"}},
     "objects": {"block": {"shape": "box", "size_m": [0.2, 0.2, 0.2], "at": {"position_m": [0.5, 0, 0.1]}}},
     "program": {"do": "sequence", "steps": [
@@ -279,8 +259,8 @@ TEST(Tools, OfAStepCountForItsGoalAndTheDefaultForTheNext) {
                                     {R"("tool": "gripper", "tcp": "tip", )", "gripper/tip"},
                                     {R"("tcp": "gripper/tip", )", "gripper/tip"}}) {
     SCOPED_TRACE(frame);
-    const Ran ran = run(with_tools(R"(, "tool": "probe")", R"({"do": "ptp", )" + std::string(tool) + goal + "}",
-                                   R"(, "collisions": {"off": "the tools stand close to the wrist"})"));
+    const Ran ran = run_kept(with_tools(R"(, "tool": "probe")", R"({"do": "ptp", )" + std::string(tool) + goal + "}",
+                                        R"(, "collisions": {"off": "the tools stand close to the wrist"})"));
     ASSERT_NE(ran.session, nullptr);
     EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
     const auto X = ran.cell().frames.pose(frame);

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenario_names.h"
 
@@ -277,13 +277,7 @@ const std::string kNearTable = R"({"do": "lin", "name": "low", "to": {"by_m": [0
 RunReport run_of(const std::string& text, std::uint64_t seed) {
   Description description = parsed(text);
   description.seed = seed;
-  auto session = Session::create(std::move(description), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  RunOptions options;
-  return (*session)->run(options);
+  return test::run(std::move(description));
 }
 
 /// A seed with which the block is 10 to 20 mm higher than it is drawn: the tool stands above it, and comes lower.

@@ -12,7 +12,7 @@
 #include "core/kinematics/chain.h"
 #include "scenario/cell_builder.h"
 #include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 #include "tests/support/scratch_folder.h"
 
@@ -21,27 +21,11 @@ namespace {
 
 using takt::test::Expected;
 using takt::test::Reports;
+using test::expect_passed;
 using test::models;
 using test::parsed;
-
-RunReport run(Description description) {
-  auto session = Session::create(std::move(description), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  return (*session)->run({});
-}
-
-Diagnostics refusal(Description description) {
-  const auto session = Session::create(std::move(description), models());
-  return session ? Diagnostics() : session.error();
-}
-
-void expect_passed(const RunReport& report) {
-  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
-  for (const auto& one : report.expectations) EXPECT_TRUE(one.passed) << one.name << ": " << one.measured;
-}
+using test::refusal;
+using test::run;
 
 Description pick(const std::vector<Override>& overrides = {}) {
   auto description = read_description("scenarios/pick.json", overrides);

@@ -75,6 +75,26 @@ TEST(Move, TakesAHeldPartAround) {
   EXPECT_FALSE(said.has_errors()) << said.to_string();
 }
 
+/// The post stands beside where the base has driven to and turned; a path that is planned where the base began would
+/// hit it, and so does a PTP.
+TEST(Move, OfAnArmOnABaseCountsWhereThatStands) {
+  const auto steps_of = [](const char* word) {
+    return fmt::format(R"({{"devices": {{
+      "base": {{"model": "youbot_base", "at": {{"in": "world"}}}},
+      "arm": {{"model": "lwr4plus", "on": "base"}}}}, "objects": {{
+      "post": {{"shape": "box", "size_m": [0.05, 0.05, 1.4],
+                "at": {{"in": "world", "position_m": [1.6, 1.54, 0.75]}}}}}},
+      "program": {{"do": "sequence", "steps": [
+        {{"do": "lin", "arm": "base", "to": {{"in": "world", "position_m": [2, 1, 0], "rpy_deg": [0, 0, 90]}}}},
+        {{"do": "ptp", "arm": "arm", "to": {{"joints_deg": [0, -30, 0, 90, 0, -60, 0]}}}},
+        {{"do": "{}", "arm": "arm", "name": "turn", "to": {{"joints_deg": [90, -30, 0, 90, 0, -60, 0]}}}}]}}}})",
+                       word);
+  };
+  EXPECT_THAT(rehearsed(steps_of("ptp")), Reports(Code::kCollision, "/program/steps/2", {"post"}));
+  const Diagnostics said = rehearsed(steps_of("move"));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
 TEST(Move, SaysThatItsGoalCollidesAndWithWhat) {
   EXPECT_THAT(rehearsed(cell_with(R"({"do": "move", "name": "into", "to": {"in": "post", "position_m": [0, 0, -0.2],
                                      "rpy_deg": [0, 180, 0]}})")),

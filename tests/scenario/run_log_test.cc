@@ -52,5 +52,10 @@ TEST(RunLog, ALineHasTimeLevelSourceStepAndText) {
                                    R"("step":"measure / touch","text":"1 of 3"})");
 }
 
+TEST(RunLog, AnEventThatIsNamedLikeItsSourceIsNamedOnce) {
+  const LogEntry entry{.time = 0, .cycle = 1, .level = LogLevel::kInfo, .source = "contact", .name = "contact"};
+  EXPECT_EQ(to_text(entry), "    0.000 s  contact");
+}
+
 }  // namespace
 }  // namespace takt::scenario::run_log_test

@@ -61,7 +61,7 @@ constexpr const char* kEverything = R"json({
     "down": {"at": {"in": "block", "position_m": [0, 0, 1]}}
   },
   "film": {"camera": "c", "inset": "down", "force_sensor": "wrist", "force_limit_N": 20,
-           "cuts": [{"step": "touch", "camera": "down"}]},
+           "show": ["traces", "commanded"], "trace_s": 2, "cuts": [{"step": "touch", "camera": "down"}]},
   "channels": {"felt": {"type": "Wrench", "writer": "net", "unit": "N,N*m", "frame": "flange", "timeout_s": 0.01,
                         "initial": {"force": [0, 0, 1], "torque": [0, 0, 0]}}, "go": {"type": "Boolean"},
                "level": {"type": "Real"}, "stick": {"type": "Twist", "unit": "m/s,rad/s"}, "target": {"type": "Frame"}},

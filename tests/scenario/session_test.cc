@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 
 namespace takt::scenario::session_test {
@@ -15,20 +16,8 @@ namespace {
 using takt::test::Notes;
 using takt::test::Reports;
 using takt::test::Warns;
-
-const device::ModelLibrary& models() {
-  static const device::ModelLibrary library({"models"});
-  return library;
-}
-
-RunReport run(Description description, const RunOptions& options = {}) {
-  auto session = Session::create(std::move(description), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  return (*session)->run(options);
-}
+using test::models;
+using test::run;
 
 /// scenarios/touch.json, without the second run that one of its expectations asks for: tests compare runs themselves.
 Description touch(const std::vector<Override>& overrides = {}, std::uint64_t seed = 1) {

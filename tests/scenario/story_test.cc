@@ -7,7 +7,7 @@
 
 #include "record/recording.h"
 #include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 
 namespace takt::scenario::story_test {
@@ -15,7 +15,6 @@ namespace {
 
 using takt::test::Names;
 using takt::test::Notes;
-using test::models;
 using test::parsed;
 
 /// An arm with a probe over a block, whose flange points down.
@@ -28,14 +27,7 @@ std::string cell(const std::string& steps, const std::string& more = "") {
          steps + "]}" + more + "}";
 }
 
-RunReport run(const std::string& text, const RunOptions& options = {}) {
-  auto session = Session::create(parsed(text), models());
-  if (!session) {
-    ADD_FAILURE() << session.error().to_string();
-    return {};
-  }
-  return (*session)->run(options);
-}
+RunReport run(const std::string& text, const RunOptions& options = {}) { return test::run(parsed(text), options); }
 
 std::vector<LogEntry> entries(const RunReport& report, const std::string& source, const std::string& name) {
   std::vector<LogEntry> found;

@@ -66,7 +66,7 @@ TEST_P(WeaveTest, ItNeverStopsInACornerAndTheToolFollows) {
   watched.after_cycle = [&](BuiltCell& built) {
     const command::MountedArm& arm = built.cell.arms.at("arm");
     if (arm.device->set_point().q.size() == 0) return true;
-    const auto tool = [&](const device::JointVector& q) {
+    const auto tool = [&](const device::JointVector& q) -> Eigen::Vector3d {
       return (arm.device->description().chain->forward(q) * arm.X_FT).translation();
     };
     cycles.push_back({tool(arm.device->set_point().q), tool(arm.device->sample().q)});

@@ -237,6 +237,51 @@ class Verify(WithFolder):
         self.assertIn("interruptions", self.good("verify", file, "--pause-every", 1500).stdout)
 
 
+class Films(WithFolder):
+    """What a film is by its frames; what is in a picture is tested in tests/sim and tests/scenario/film."""
+    def frames(self, film):
+        probe = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
+                                "stream=nb_read_frames", "-of", "default=nw=1:nk=1", str(film)], capture_output=True, text=True)
+        return int(probe.stdout)
+
+    def test_any_part_of_a_recording_with_any_camera(self):
+        record, report = self.recorded()
+        film, again = self.path / "film.mp4", self.path / "again.mp4"
+        small = ("--size", "160x120", "--fps", 10)
+        part = ("--from", 0.5, "--to", 1.5, "--eye", "2,-1,1.5", "--look-at", "0.4,0,0.3", "--show", "traces,frames")
+        answer = json.loads(self.good("render", record, "--video", film, *small, *part, "--jobs", 1, "--json").stdout)
+        self.assertAlmostEqual(answer["frames"], 10, delta=1)
+        self.assertEqual(self.frames(film), answer["frames"])
+        self.good("render", record, "--video", again, *small, *part, "--jobs", 4)
+        self.assertEqual(film.read_bytes(), again.read_bytes(), "the film is the same with any number of jobs")
+        self.good("render", record, "--video", again, *small, "--from", 0.5, "--to", 1.5, "--camera", "fit")
+        self.assertNotEqual(film.read_bytes(), again.read_bytes())
+        for options, code in ((("--eye", "1,2,3"), "requires"), (("--eye", "1,1,1", "--look-at", "1,1,1"), "invalid-value"),
+                              (("--show", "wires"), "unknown-name"), (("--from", 900), "out-of-range"),
+                              (("--from", 1, "--to", 0.5), "out-of-range")):
+            self.assertIn(f"[{code}]", self.good("render", record, "--video", film, *small, *options, status=2).stderr, options)
+
+    def test_a_run_is_filmed_in_part(self):
+        film = self.path / "film.mp4"
+        run = json.loads(self.good("run", self.write(SHORT), "--video", film, "--size", "160x120", "--fps", 10, "--video-from", 0.5,
+                                   "--video-to", 1.0, "--camera", "fit", "--show", "commanded", "--json").stdout)
+        self.assertEqual(self.frames(film), 6)
+        self.assertEqual(run["result"], "passed")
+        self.assertIn("[requires]", self.good("run", self.write(SHORT), "--video-to", 1, status=2).stderr)
+
+    def test_a_failed_verify_films_the_seconds_around_the_failure(self):
+        failing = json.loads(json.dumps(SHORT))
+        failing["expectations"][1]["at_most"] = 1
+        file, films = self.write(failing), self.path / "films"
+        run = json.loads(self.good("verify", file, "--failures", films, "--json", status=1).stdout)["scenarios"][0]
+        self.assertEqual(pathlib.Path(run["film"]).parent, films)
+        length = min(3.0, run["run"]["sim_time"]) + 1.0
+        self.assertAlmostEqual(self.frames(run["film"]), 25 * length, delta=3)
+        self.good("verify", file, "--failures", self.path / "none", "--no-film", status=1)
+        self.assertFalse((self.path / "none").exists())
+        self.assertNotIn("film", json.loads(self.good("verify", self.write(SHORT), "--failures", films, "--json").stdout)["scenarios"][0])
+
+
 class New(WithFolder):
     def test_a_new_scenario_validates_and_passes_at_once(self):
         for arm in ("lwr4plus", "ur5", "tx90"):

@@ -135,6 +135,20 @@ class Objects(unittest.TestCase):
         run = takt("run", scenario, "--models", self.models, "--models", ROOT / "models")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
+    def test_a_surface_without_walls_gets_some(self):
+        corners = [(x, y, z) for z in (0, 0.1) for x, y in ((0, 0), (0.2, 0), (0.2, 0.2), (0, 0.2))]
+        faces = []
+        for a, b, c, d in ((3, 2, 1, 0), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)):
+            quad(faces, a, b, c, d)
+        report = self.made("tray", obj((corners, faces)), "--density", 600)
+        self.assertTrue(any(note["key"] == "surface" for note in report["notes"]))
+        parts = self.parts("tray")
+        self.assertAlmostEqual(report["mass_kg"], 600 * sum(map(volume, parts)), delta=1e-3 * report["mass_kg"])
+        self.assertAlmostEqual(report["filled_share"], report["mass_kg"] / 600 / (0.2 * 0.2 * 0.1), delta=1e-3)
+        for points, _ in parts:
+            hollow = [all(low < p[i] < high for p in points) for i, (low, high) in enumerate(((0.05, 0.15), (0.05, 0.15)))]
+            self.assertFalse(all(hollow) and max(p[2] for p in points) > 0.05, points)
+
     def test_a_convex_mesh_is_its_own_part(self):
         mesh = cylinder(20, 50, 48)  # in mm, and turned inside out
         report = self.made("pin", obj((mesh[0], [f[::-1] for f in mesh[1]])), "--scale", 0.001, "--mass", 0.3)

@@ -23,6 +23,26 @@ def takt(*arguments, cwd=ROOT, timeout=120):
     return subprocess.run([str(TAKT), *map(str, arguments)], capture_output=True, text=True, timeout=timeout, cwd=cwd)
 
 
+def box_in_collada(x, y, z, at):
+    """A box of these half sides in mm as three.js, Blender and SolidWorks write it: a node with a matrix around it, Y up."""
+    corners = [(i, j, k) for i in (-x, x) for j in (-y, y) for k in (-z, z)]
+    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
+             (1, 5, 7), (1, 7, 3)]
+    matrix = f"1 0 0 {at[0]} 0 1 0 {at[1]} 0 0 1 {at[2]} 0 0 0 1"
+    return f"""<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="millimeter" meter="0.001"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="box"><mesh>
+<source id="p"><float_array id="pa" count="24">{" ".join(str(v) for c in corners for v in c)}</float_array>
+<technique_common><accessor source="#pa" count="8" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="12"><input semantic="VERTEX" source="#v" offset="0"/><p>{" ".join(str(i) for f in faces for i in f)}</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><matrix>{matrix}</matrix><instance_geometry url="#box"/></node>
+</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
 class WithFolder(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -89,6 +109,82 @@ class Foreign(WithFolder):
         link = next(l for l in xml.etree.ElementTree.parse(folder / "press_six.urdf").iter("link")
                     if l.get("name") == "link_3")
         self.assertEqual(link.find("visual/geometry/box").get("size"), "0.5 0.12 0.12")
+
+    def test_collada_is_read_with_its_unit_and_its_nodes(self):
+        """A box of 500 x 120 x 120 mm in the axes of the file, moved by its node, whatever the file says of up."""
+        package = self.path / "press_support"
+        shutil.copytree(FOREIGN / "press_support", package)
+        (package / "meshes/forearm.dae").write_text(box_in_collada(250, 60, 60, (0, 0, 250)))
+        report = self.made("press_six", package / "urdf/press_six.urdf")
+        self.assertNotIn("link 'link_3' mesh 'package://press_support/meshes/forearm.dae'", self.notes(report))
+        link = next(l for l in xml.etree.ElementTree.parse(self.models / "press_six/press_six.urdf").iter("link")
+                    if l.get("name") == "link_3")
+        self.assertEqual(link.find("visual/geometry/mesh").get("filename"), "meshes/forearm.obj")
+        rows = [line.split() for line in (self.models / "press_six/meshes/forearm.obj").read_text().splitlines()]
+        corners = [[float(x) for x in row[1:]] for row in rows if row[0] == "v"]
+        for axis, (low, high) in enumerate(((-0.25, 0.25), (-0.06, 0.06), (0.19, 0.31))):
+            self.assertAlmostEqual(min(c[axis] for c in corners), low, places=6)
+            self.assertAlmostEqual(max(c[axis] for c in corners), high, places=6)
+        self.assertEqual(sum(row[0] == "f" for row in rows), 12)
+        for broken in ("", "<COLLADA/>", box_in_collada(250, 60, 60, (0, 0, "nan"))):
+            (package / "meshes/forearm.dae").write_text(broken)
+            shutil.rmtree(self.models / "press_six")
+            self.assertIn("link 'link_3' mesh 'package://press_support/meshes/forearm.dae'",
+                          self.notes(self.made("press_six", package / "urdf/press_six.urdf")))
+
+    def test_xacro_is_expanded(self):
+        """Includes, packages, arguments and expressions give what the plain file gives."""
+        package = self.path / "some_description"
+        (package / "urdf").mkdir(parents=True)
+        (package / "package.xml").write_text("<package><name>curved_description</name></package>")
+        text = (FOREIGN / FILES["curved"]).read_text()
+        robot = text[text.index("<robot"):]
+        head, rest = robot[:robot.index(">") + 1], robot[robot.index(">") + 1:]
+        first = rest.index("<joint")
+        joints = rest[first:rest.rindex("</robot>")].replace('velocity="1.2"', 'velocity="${speed * 0.6}"')
+        namespace = ' xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        (package / "urdf/joints.xacro").write_text(f"<robot{namespace}{joints}</robot>")
+        main = package / "urdf/curved.urdf.xacro"
+        main.write_text(head[:-1] + namespace + '<xacro:arg name="speed" default="2"/><xacro:property name="speed" value="$(arg speed)"/>'
+                        + rest[:first] + '<xacro:include filename="$(find curved_description)/urdf/joints.xacro"/></robot>')
+        self.made("plain", FOREIGN / FILES["curved"])
+        self.made("expanded", main)
+        plain, expanded = (xml.etree.ElementTree.canonicalize((self.models / name / f"{name}.urdf").read_text().replace(name, "x"))
+                           for name in ("plain", "expanded"))
+        self.assertEqual(plain, expanded)
+        report = self.made("slow", main, "--xacro", "speed:=1")
+        self.assertIn("xacro", self.notes(report))
+        limits = [l.get("velocity") for l in xml.etree.ElementTree.parse(self.models / "slow/slow.urdf").iter("limit")]
+        self.assertIn("0.6", limits)
+        self.assertNotIn("1.2", limits)
+        self.assertIn("[requires]", self.new("b", FOREIGN / FILES["curved"], "--xacro", "a:=1").stderr)
+        self.assertIn("[invalid-value]", self.new("b", main, "--xacro", "speed=1").stderr)
+        main.write_text(main.read_text().replace("curved_description", "no_description"))
+        self.assertIn("no_description", self.new("b", main).stderr)
+
+    def test_an_arm_ends_before_its_gripper(self):
+        """One driven finger that the others follow, as in a gripper with links, behind an arm whose flange has no name."""
+        text = (FOREIGN / FILES["curved"]).read_text().replace("ee_link", "last_link")
+        finger = '<limit lower="0" upper="0.8" velocity="2" effort="10"/></joint>'
+        links = "".join(f'<link name="{name}"/>' for name in ("robotiq_base", "left_knuckle", "right_knuckle", "grasp"))
+        gripper = (links + '<joint name="mount" type="fixed"><parent link="s6"/><child link="robotiq_base"/></joint>'
+                   '<joint name="left" type="revolute"><parent link="robotiq_base"/><child link="left_knuckle"/><axis xyz="0 0 1"/>' + finger
+                   + '<joint name="right" type="revolute"><parent link="robotiq_base"/><child link="right_knuckle"/><axis xyz="0 0 1"/>'
+                   '<mimic joint="left"/>' + finger + '<joint name="tip" type="fixed"><parent link="left_knuckle"/><child link="grasp"/></joint>')
+        file = self.path / "with_gripper.urdf"
+        file.write_text(text.replace("</robot>", gripper + "</robot>"))
+        report = self.made("with_gripper", file)
+        file.write_text(text)
+        alone = self.made("curved", file)
+        self.assertEqual((report["flange"], report["joints"]), (alone["flange"], alone["joints"]))
+        self.assertIn("not on the chain", self.notes(report)["joint 'left'"]["why"])
+
+    def test_a_guessed_payload_carries_a_gripper(self):
+        for name in ("press_six", "cobot", "seven"):
+            self.made(name)
+            device = json.loads((self.models / name / "device.json").read_text())
+            mass = json.loads(takt("model", name, "--models", self.models, "--json").stdout)["mass"]
+            self.assertAlmostEqual(device["payload_max_kg"], max(0.5, 0.1 * mass), delta=0.06 * mass)
 
     def test_packages_may_lie_elsewhere(self):
         far = self.path / "far/urdf"
@@ -186,7 +282,7 @@ class Bad(WithFolder):
         self.refused(self.path / "none.urdf", "[not-found]")
         self.refused(self.text("<robot"), "line 1")
         self.refused(self.text("<model/>"), "<robot>")
-        self.refused(self.text('<robot xmlns:xacro="x"><xacro:include filename="a"/></robot>'), "xacro", "[syntax]")
+        self.refused(self.text('<robot xmlns:xacro="x"><xacro:include filename="a"/></robot>'), "xacro", "[invalid-value]")
         self.refused(self.text('<!DOCTYPE x [<!ENTITY a "b">]><robot name="x"/>'), "DOCTYPE")
         self.refused(self.text("<robot name='x'>" + "<a>" * 100_000 + "</a>" * 100_000 + "</robot>"), "line", "[syntax]")
         self.refused(self.text("<robot name='x'>" + "<link name='a'/>" * 200_000 + "</robot>"), "line")

@@ -47,7 +47,7 @@ class Meshes {
  private:
   Entry gather(const std::string& name) {
     const auto file = paths_.find(name);
-    if (!file) return {{}, "there is no such file; --packages DIR tells where packages lie"};
+    if (!file) return {{}, "there is no such file; --packages DIR says where packages are"};
     auto mesh = read_mesh(*file);
     if (!mesh) {
       const Diagnostic& diagnostic = mesh.error().list().front();

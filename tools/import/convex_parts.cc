@@ -90,10 +90,10 @@ Result<Triangles> hull_of(const Triangles& mesh) {
 
 }  // namespace
 
-Result<double> filled_share(const Triangles& mesh) {
+Result<double> hull_volume(const Triangles& mesh) {
   const auto hull = hull_of(mesh);
   if (!hull) return std::unexpected(hull.error());
-  return solid_figures(mesh).volume / solid_figures(*hull).volume;
+  return solid_figures(*hull).volume;
 }
 
 Result<std::vector<Triangles>> convex_parts(const Triangles& mesh, const SplitOptions& options) {

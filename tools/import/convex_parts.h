@@ -13,8 +13,8 @@ struct SplitOptions {
   int most_parts = 64;      ///< more are merged
 };
 
-/// Share of its convex hull that a solid fills: 1 for a convex one. The surface has to be closed.
-[[nodiscard]] Result<double> filled_share(const Triangles& mesh);
+/// Of the convex hull of all corners, m^3; the surface may be open. An error where the corners are in one plane.
+[[nodiscard]] Result<double> hull_volume(const Triangles& mesh);
 
 /// Convex parts that together are the solid, nearly: hulls, each closed. The same mesh gives the same parts.
 /// A convex solid gives itself. Takes seconds; a surface that is not closed is made so from voxels first, which takes

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct Draft {
   Diagnostics diagnostics;  ///< errors that no guess can mend
   std::string base, flange;
   std::vector<std::string> without_effort;        ///< movable joints whose torque limit is not known
+  std::set<std::string> mimicked;                 ///< joints that others followed before they were frozen
   std::map<std::string, std::string> mesh_files;  ///< path below the folder of the model, content
 
   void note(std::string key, std::string value, std::string why) {

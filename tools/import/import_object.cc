@@ -1,5 +1,6 @@
 #include "tools/import/import_object.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -128,7 +129,7 @@ ObjectReport report_of(const ObjectOptions& options, const Solid& solid, std::ve
   for (const Eigen::Vector3d& p : solid.surface.points) box.extend(p);
   return {.folder = options.out / options.name,
           .parts = solid.parts.size(),
-          .filled = filled_share(solid.surface).value_or(1.0),
+          .filled = std::min(1.0, solid.figures.volume / hull_volume(solid.surface).value_or(solid.figures.volume)),
           .mass = solid.mass,
           .centre_m = solid.figures.centre,
           .size_m = box.sizes(),

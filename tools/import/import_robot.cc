@@ -13,6 +13,7 @@
 #include "core/kinematics/xml_scan.h"
 #include "tools/import/device_guess.h"
 #include "tools/import/workshop.h"
+#include "tools/import/xacro.h"
 
 namespace takt::tools {
 namespace {
@@ -30,12 +31,18 @@ Diagnostics check_options(const ImportOptions& options) {
 }
 
 Result<Draft> read_draft(const ImportOptions& options) {
-  const auto text = read_file(options.urdf, kinematics::kMaxXmlBytes);
+  auto text = read_file(options.urdf, kinematics::kMaxXmlBytes);
   if (!text) return std::unexpected(text.error());
-  const auto tree = kinematics::scan_xml(*text);
+  auto tree = kinematics::scan_xml(*text);
   if (!tree) return std::unexpected(tree.error());
-  if (Diagnostics diagnostics = kinematics::check_no_xacro(*tree); diagnostics.has_errors()) {
-    return std::unexpected(std::move(diagnostics));
+  const bool expand = kinematics::check_no_xacro(*tree).has_errors();
+  if (expand) {
+    text = expand_xacro(options.urdf, {options.packages, options.xacro});
+    if (!text) return std::unexpected(text.error());
+    tree = kinematics::scan_xml(*text);
+    if (!tree) return std::unexpected(tree.error());
+  } else if (!options.xacro.empty()) {
+    return failure(Code::kRequires, "--xacro", "the file is a plain URDF", "a xacro file");
   }
   if (tree->elements.front().name != "robot") {
     return failure(Code::kSyntax, fmt::format("line {}", tree->elements.front().line),
@@ -45,6 +52,9 @@ Result<Draft> read_draft(const ImportOptions& options) {
   draft.robot = node_of(*tree);
   draft.base = options.base;
   draft.flange = options.flange;
+  if (expand)
+    draft.note("xacro", options.xacro.empty() ? "as it is" : fmt::format("{}", fmt::join(options.xacro, ", ")),
+               "the file was expanded");
   return draft;
 }
 

@@ -11,9 +11,10 @@ namespace takt::tools {
 
 struct ImportOptions {
   std::string name;                             ///< of the model: lower case letters, digits, _
-  std::filesystem::path urdf;                   ///< the foreign file
+  std::filesystem::path urdf;                   ///< the foreign file: a URDF, or a xacro file
   std::filesystem::path out;                    ///< the folder of models that gets the folder `name`
   std::vector<std::filesystem::path> packages;  ///< where package:// meshes may lie, beside the folders above the file
+  std::vector<std::string> xacro;               ///< "NAME:=VALUE", arguments of a xacro file
   std::string base, flange;                     ///< links; empty: guessed
   std::string title;                            ///< for people; empty: the name
 };

@@ -1,9 +1,12 @@
 // Joints: couplings, limits; the chain from base to flange.
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <span>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -105,13 +108,51 @@ bool moves_below(Draft& draft, const Node& joint) {
 /// Joints of the smallest arms that are named for what they carry.
 constexpr int kSmallArm = 4;
 
-/// Fingers move too: they hang, several of them, on one link behind the arm's joints.
+bool has_word(const std::string& name, std::span<const std::string_view> words) {
+  std::string text = name;
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::any_of(words, [&](std::string_view word) { return text.find(word) != text.npos; });
+}
+
+constexpr std::array<std::string_view, 5> kFingerWords = {"finger", "gripper", "jaw", "knuckle", "gripping"};
+
+/// A finger that drives the others, which follow it: the last joint behind those of an arm.
+bool drives_fingers(Draft& draft, const Node& joint) {
+  if (!is_movable(joint) || joints_to(draft, parent_of(joint)) < kSmallArm) return false;
+  if (!draft.mimicked.contains(joint.text("name")) && !has_word(joint.text("name"), kFingerWords)) return false;
+  return std::ranges::none_of(draft.joints_below(child_of(joint)),
+                              [&](const Node* below) { return moves_below(draft, *below); });
+}
+
+/// Whether fingers are driven somewhere below the link.
+bool carries_fingers(Draft& draft, const std::string& link) {
+  std::vector<std::string> open{link};
+  for (std::size_t i = 0; i < open.size() && open.size() <= kMostJoints; ++i) {
+    for (const Node* joint : draft.joints_below(open[i])) {
+      if (drives_fingers(draft, *joint)) return true;
+      open.push_back(child_of(*joint));
+    }
+  }
+  return false;
+}
+
+/// A part of a gripper: fixed to what the arm moves last, with fingers below it, or named for them.
+bool part_of_gripper(Draft& draft, const Node& link) {
+  const std::string name = link.text("name");
+  const Node* joint = draft.joint_above(name);
+  if (joint == nullptr || is_movable(*joint) || flange_rank(link) > 1) return false;
+  return carries_fingers(draft, name) || has_word(name, kFingerWords);
+}
+
+/// Fingers move too: they hang, several of them, on one link behind the arm's joints, or one of them drives the rest.
 bool behind_fingers(Draft& draft, std::string link) {
   std::set<std::string> seen;
   while (const Node* joint = draft.joint_above(link)) {
     if (!seen.insert(link).second) return false;
+    if (drives_fingers(draft, *joint)) return true;
     link = parent_of(*joint);
     if (joints_to(draft, link) < kSmallArm) return false;
+    if (const Node* carrier = draft.link(link); carrier != nullptr && part_of_gripper(draft, *carrier)) return true;
     const auto below = draft.joints_below(link);
     if (std::ranges::count_if(below, [&](const Node* one) { return moves_below(draft, *one); }) > 1) return true;
   }
@@ -137,7 +178,7 @@ void guess_flange(Draft& draft) {
   for (Node* link : draft.robot.all("link")) {
     const std::string name = link->text("name");
     const Tip tip{name, flange_rank(*link), joints_to(draft, name)};
-    if (tip.joints == 0 || behind_fingers(draft, name)) continue;
+    if (tip.joints == 0 || part_of_gripper(draft, *link) || behind_fingers(draft, name)) continue;
     if (tip.better_than(best)) best = tip;
   }
   if (best.link.empty()) {
@@ -235,6 +276,7 @@ void complete_joints(Draft& draft) {
   for (Node* joint : draft.robot.all("joint")) {
     const std::string name = joint->text("name");
     if (const Node* mimic = joint->child("mimic")) {
+      draft.mimicked.insert(mimic->text("joint"));
       draft.note(fmt::format("joint '{}'", name), "fixed at zero",
                  fmt::format("it mimics '{}', and couplings are not simulated", mimic->text("joint")));
       freeze(*joint);

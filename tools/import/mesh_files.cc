@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "core/base/json.h"
+#include "tools/import/collada.h"
 
 namespace takt::tools {
 namespace {
@@ -164,13 +165,18 @@ std::optional<fs::path> MeshPaths::find(const std::string& name) const {
 
 Result<MeshFile> read_mesh(const fs::path& file) {
   const std::string extension = lower(file.extension().string());
-  if (extension != ".stl" && extension != ".obj") {
+  if (extension != ".stl" && extension != ".obj" && extension != ".dae") {
     return failure(Code::kUnsupported, "",
                    fmt::format("{} is not read", extension.empty() ? "a file without extension" : extension),
-                   ".stl or .obj");
+                   ".stl, .obj or .dae");
   }
   std::error_code error;
   if (const auto bytes = fs::file_size(file, error); !error && bytes > kMostBytes) return too_many(bytes / 400);
+  if (extension == ".dae") {
+    auto mesh = read_collada(file);
+    if (mesh && mesh->triangles == 0) return failure(Code::kMissing, "", "it has no triangle");
+    return mesh;
+  }
   auto content = read_file(file, kMostBytes);
   if (!content) return std::unexpected(content.error());
   auto mesh = extension == ".stl" ? read_stl(std::move(*content)) : read_obj(std::move(*content));

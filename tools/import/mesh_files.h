@@ -37,8 +37,8 @@ struct MeshFile {
   Eigen::AlignedBox3d box;  ///< in the unit of the file
 };
 
-/// Reads STL (text becomes binary) or OBJ. @return what is wrong otherwise: another format, broken, no triangle, more
-/// than kMostTriangles (the file is not read then).
+/// Reads STL (text becomes binary), OBJ or COLLADA (becomes OBJ, read_collada). @return what is wrong otherwise:
+/// another format, broken, no triangle, more than kMostTriangles (the file is not read then).
 [[nodiscard]] Result<MeshFile> read_mesh(const std::filesystem::path& file);
 
 /// The box around the content of a mesh that read_mesh has made, named with its extension.

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/expression/tool_coupling.h"
 #include "core/program/language/value.h"
 
 namespace takt::activity {
@@ -69,6 +70,10 @@ Json frames_json(const Variables& variables, const command::Cell& cell) {
   };
   for (const auto& [name, pose] : variables.estimates) add(name);
   for (const auto& [name, object] : cell.objects) add(name);
+  for (const std::string& name : cell.frames.names()) {
+    const world::Relation* relation = cell.frames.relation(name);
+    if (relation != nullptr && relation->kind == world::Relation::Kind::kEstimate) add(name);
+  }
   return json;
 }
 
@@ -160,6 +165,7 @@ Diagnostics measured_from_json(const Json& json, Variables& variables, command::
   Diagnostics diagnostics;
   diagnostics.append(put_back_frames(json.at("frames"), cell), "/frames");
   cell.held = std::move(held);
+  command::hang_coupled_tools(cell);
   variables = std::move(read);
   return diagnostics;
 }

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -191,6 +192,12 @@ class NodeParser {
 
   /// {"name": declaration, ...}; each is declared in the scope, unknown.
   std::vector<Declaration> declarations(ObjectReader& reader, std::string_view key);
+  /// ["a", ...]: names of frames that steps of a block may make and that end with it. Blocks around it, and branches
+  /// beside it, have others. The block is left with leave_frames().
+  std::vector<std::string> block_frames(ObjectReader& reader, std::string_view key);
+  void leave_frames(std::size_t count) { frames_around_.resize(frames_around_.size() - count); }
+  /// All that block_frames() has read since it was asked last.
+  std::set<std::string, std::less<>> take_frames() { return std::exchange(frames_read_, {}); }
   /// An expression or a value whose type is checked now; `wanted` may be unknown.
   ValueTemplate value(const nlohmann::ordered_json& json, const std::string& pointer, const Type& wanted,
                       Type* type = nullptr);
@@ -229,6 +236,8 @@ class NodeParser {
   Scope* scope_ = nullptr;
   std::map<std::string, std::shared_ptr<SubProgram>, std::less<>> programs_;
   std::vector<std::string> being_parsed_;
+  std::vector<std::string> frames_around_;
+  std::set<std::string, std::less<>> frames_read_;
   int depth_ = 0;  ///< of calls below the program that is being parsed
 };
 

@@ -160,6 +160,27 @@ std::vector<Declaration> NodeParser::declarations(ObjectReader& reader, std::str
   return declarations;
 }
 
+std::vector<std::string> NodeParser::block_frames(ObjectReader& reader, std::string_view key) {
+  std::vector<std::string> frames;
+  if (reader.has(key)) frames = reader.texts(key);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::string& name = frames[i];
+    const bool possible = !name.empty() && name.find('/') == std::string::npos && !cell_.frames.contains(name) &&
+                          !cell_.objects.contains(name);
+    if (!possible)
+      diagnostics_.error(Code::kInvalidName, reader.at(key) + pointer_segment(i),
+                         fmt::format("'{}' cannot be the name of a frame that ends with a block", name),
+                         "a name that the cell does not have, without '/'");
+    if (std::ranges::find(frames_around_, name) != frames_around_.end())
+      diagnostics_.error(Code::kDuplicate, reader.at(key) + pointer_segment(i),
+                         fmt::format("frame '{}' is one of this block, or of one around it", name),
+                         "a name of its own");
+    frames_around_.push_back(name);
+    frames_read_.insert(name);
+  }
+  return frames;
+}
+
 std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, const std::string& pointer) {
   const auto cycle = std::ranges::find(being_parsed_, name);
   if (cycle != being_parsed_.end()) {

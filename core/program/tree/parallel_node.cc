@@ -174,9 +174,16 @@ std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointe
   parser.head(reader, *node, "parallel");
   node->first_ends = reader.choice("end", {"all", "first"}, "all") == "first";
   constexpr std::size_t kMost = 32;
+  auto frames = parser.take_frames();
   if (const Json* branches = reader.array("branches")) {
     for (std::size_t i = 0; i < branches->size(); ++i) {
-      node->branches.push_back(parser.node((*branches)[i], reader.at("branches") + pointer_segment(i)));
+      const std::string branch = reader.at("branches") + pointer_segment(i);
+      node->branches.push_back(parser.node((*branches)[i], branch));
+      for (const std::string& frame : parser.take_frames()) {
+        if (frames.insert(frame).second) continue;
+        parser.diagnostics().error(Code::kDuplicate, branch, fmt::format("two branches have a frame '{}'", frame),
+                                   "a name of its own for each");
+      }
     }
     if (branches->empty() || branches->size() > kMost) {
       parser.diagnostics().error(Code::kWrongSize, reader.at("branches"), fmt::format("{} branches", branches->size()),

@@ -114,6 +114,7 @@ Progress ProgramRunner::advance() {
   const Outcome outcome = run_->advance(execution_, diagnostics_);
   scheduler_.poll();  // what was asked for just now
   notice_lost_parts(execution_.context);
+  notice_lost_tools(execution_.context);
   show_current();
   if (outcome == Outcome::kRunning) return progress_;
   progress_ = outcome == Outcome::kFailed ? Progress::kFailed : Progress::kDone;

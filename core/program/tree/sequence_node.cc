@@ -1,7 +1,9 @@
-// Steps one after the other, with variables of their own.
+// Steps one after the other, with variables and frames of their own.
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
@@ -16,6 +18,7 @@ class SequenceNode final : public Node {
  public:
   NodeList children;
   std::vector<Declaration> variables;
+  std::vector<std::string> frames;  ///< that steps may make in it, and that end with each round
   std::int64_t times = 1;
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
@@ -63,12 +66,28 @@ class SequenceNode final : public Node {
     return std::nullopt;
   }
 
+  /// None of its frames may be there when it begins: they are its own.
+  [[nodiscard]] Diagnostics check_frames(const command::Cell& cell) const {
+    Diagnostics diagnostics;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      if (!cell.frames.contains(frames[i])) continue;
+      diagnostics.error(Code::kConflict, pointer + "/frames" + pointer_segment(i),
+                        fmt::format("frame '{}' is there when the sequence begins", frames[i]), "a name of its own");
+    }
+    return diagnostics;
+  }
+  void end_frames(command::Cell& cell) const {
+    for (const std::string& frame : frames) cell.frames.remove(frame);
+  }
+
  private:
   bool rehearse_round(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const {
     Diagnostics own;
     Scope scope(&around);
     declare(variables, sight_of(rehearsal, scope), scope, own);
+    own.append(check_frames(rehearsal.cell));
     for (const auto& child : children) child->rehearse(rehearsal, scope, own);
+    end_frames(rehearsal.cell);
     const bool good = !own.has_errors();
     diagnostics.append(own);
     return good;
@@ -82,18 +101,9 @@ class SequenceRun final : public NodeRun {
   SequenceRun(const SequenceNode& node, Scope& around) : node_(node), scope_(&around) {}
 
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
-    for (;;) {
-      if (!run_) {
-        const Outcome next = cancelled_ ? Outcome::kDone : find_next(execution, diagnostics);
-        if (next != Outcome::kDone || cancelled_ || ended_) return next;
-        run_ = node_.children[child_]->begin(scope_);
-      }
-      const Outcome outcome = execution.advance_in(node_.name, *run_, diagnostics, node_.times > 1 ? round_ + 1 : 0);
-      if (outcome == Outcome::kRunning) return outcome;
-      run_.reset();
-      if (outcome != Outcome::kDone) return outcome;
-      ++child_;
-    }
+    const Outcome outcome = advance_round(execution, diagnostics);
+    if (outcome != Outcome::kRunning) end_frames(execution);
+    return outcome;
   }
 
   void cancel(Execution& execution) override {
@@ -114,6 +124,7 @@ class SequenceRun final : public NodeRun {
     child_ = state.value("child", std::size_t{0});
     if (child_ > node_.children.size()) throw std::out_of_range("there is no such step");
     if (!declare_variables(execution, diagnostics)) return;
+    has_frames_ = true;
     if (state.contains("variables")) scope_.from_json(state.at("variables"));
     if (!state.contains("run")) return;
     run_ = node_.children.at(child_)->begin(scope_);
@@ -121,6 +132,21 @@ class SequenceRun final : public NodeRun {
   }
 
  private:
+  Outcome advance_round(Execution& execution, Diagnostics& diagnostics) {
+    for (;;) {
+      if (!run_) {
+        const Outcome next = cancelled_ ? Outcome::kDone : find_next(execution, diagnostics);
+        if (next != Outcome::kDone || cancelled_ || ended_) return next;
+        run_ = node_.children[child_]->begin(scope_);
+      }
+      const Outcome outcome = execution.advance_in(node_.name, *run_, diagnostics, node_.times > 1 ? round_ + 1 : 0);
+      if (outcome == Outcome::kRunning) return outcome;
+      run_.reset();
+      if (outcome != Outcome::kDone) return outcome;
+      ++child_;
+    }
+  }
+
   /// Finds the child that is next, or that the sequence has ended. @return kRunning: not yet
   Outcome find_next(Execution& execution, Diagnostics& diagnostics) {
     for (;;) {
@@ -130,13 +156,23 @@ class SequenceRun final : public NodeRun {
         const Outcome ready = execution.settle_for(node_.variables, diagnostics);
         if (ready != Outcome::kDone) return ready;
         if (!declare_variables(execution, diagnostics)) return Outcome::kFailed;
+        const Diagnostics taken = node_.check_frames(execution.context.cell);
+        diagnostics.append(taken);
+        if (taken.has_errors()) return Outcome::kFailed;
+        has_frames_ = true;
       }
       if (child_ < node_.children.size()) return Outcome::kDone;
       child_ = 0;
       ++round_;
       declared_ = false;
+      end_frames(execution);
       if (!execution.spend_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
+  }
+
+  /// Frames of another block of the same name stay.
+  void end_frames(Execution& execution) {
+    if (std::exchange(has_frames_, false)) node_.end_frames(execution.context.cell);
   }
 
   /// A round begins.
@@ -151,7 +187,8 @@ class SequenceRun final : public NodeRun {
   std::int64_t round_ = 0;
   std::size_t child_ = 0;
   bool declared_ = false, cancelled_ = false, ended_ = false;
-  std::int64_t mark_ = 0;  ///< steps of the program when the round began
+  bool has_frames_ = false;  ///< a round runs, and the frames of the sequence are its own
+  std::int64_t mark_ = 0;    ///< steps of the program when the round began
   std::unique_ptr<NodeRun> run_;
 };
 
@@ -175,7 +212,9 @@ std::unique_ptr<Node> parse_sequence(const Json& json, const std::string& pointe
   node->times = reader.integer("times", 1, {.low = 0, .high = 1e6});
   const NodeParser::Inner inner(parser);
   node->variables = parser.declarations(reader, "variables");
+  node->frames = parser.block_frames(reader, "frames");
   node->children = parser.list(reader, "steps");
+  parser.leave_frames(node->frames.size());
   reader.finish();
   node->find_out_if_constant();
   // A million rounds of nothing would keep the runner busy without ever meeting a step.

@@ -81,6 +81,9 @@ std::vector<Pair> good_pairs(const Eigen::Vector3d& p_B) {
        program(follow_parameters, follow_command, {.channel = "target", .linear_max = 0.2, .seconds = 2.0})},
       {"grip", R"({"width_m": 0.02, "force_N": 20, "expect": "any"})",
        program(grip_parameters, close_command, {.width = 0.02, .force = 20.0, .expect = GripParameters::Expect::kAny})},
+      {"couple", R"({"tool": "tool side", "timeout_s": 1})",
+       program(couple_parameters, couple_command, {.tool = "tool side", .timeout = 1.0})},
+      {"uncouple", R"({"onto": "world"})", program(uncouple_parameters, uncouple_command, {.onto = "world"})},
       {"release", R"({"speed_m_s": 0.05})", program(release_parameters, open_command, {.speed = 0.05})},
       {"set", R"({"output": "lamp", "value": true})",
        program(set_parameters, set_command, {.output = "lamp", .value = true})},
@@ -106,6 +109,9 @@ std::vector<Pair> bad_pairs() {
       {"follow", R"({"angular_max_deg_s": 0})", program(follow_parameters, follow_command, {.angular_max = 0.0})},
       {"grip", R"({"force_N": 0, "gripper": "hand"})",
        program(grip_parameters, close_command, {.gripper = "hand", .force = 0.0})},
+      {"couple", R"({"tool": "tol side", "changer": "changr", "timeout_s": 0})",
+       program(couple_parameters, couple_command, {.changer = "changr", .tool = "tol side", .timeout = 0.0})},
+      {"uncouple", R"({"timeout_s": 100})", program(uncouple_parameters, uncouple_command, {.timeout = 100.0})},
       {"release", R"({"width_m": -0.1})", program(release_parameters, open_command, {.width = -0.1})},
       {"set", R"({"output": "lamb", "value": true})",
        program(set_parameters, set_command, {.output = "lamb", .value = true})},
@@ -138,7 +144,22 @@ class Parity : public ::testing::Test {
     return mapped ? net::net_to_json(mapped->net).dump(1) : std::string();
   }
 
-  test::CommandCell cell;
+  test::CommandCell cell{add_changer};
+
+ private:
+  static void add_changer(test::CommandCell& cell) {
+    cell.cell.changers["changer"] = {.arm = "arm"};
+    cell.cell.tool_sides["tool side"] = {.size = {}, .number = 1};
+    cell.cell.digital_outputs["changer/lock"] = &cell.core.add(
+        std::make_unique<device::DigitalOutput>("changer/lock", device::SignalOutputDescription<bool>{},
+                                                std::make_shared<test::FakeOutput<bool>>(), cell.core.period()));
+    for (const char* name : {"changer/locked", "changer/unlocked", "changer/ready_to_lock", "changer/coupled"})
+      cell.cell.digital_inputs[name] = &cell.core.add(std::make_unique<device::DigitalInput>(
+          name, device::SignalInputDescription<bool>{}, std::make_shared<test::FakeInput<bool>>()));
+    cell.cell.analog_inputs["changer/tool_number"] = &cell.core.add(std::make_unique<device::AnalogInput>(
+        "changer/tool_number", device::SignalInputDescription<double>{.unit = "1"},
+        std::make_shared<test::FakeInput<double>>()));
+  }
 };
 
 TEST_F(Parity, TheSameParametersComeToTheSameNet) {

@@ -122,7 +122,7 @@ TEST_F(TakeOverTest, L8_WhatTheSuccessorDoesNotTakeMustStand) {
   const auto refused = answer(request);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->kind, Event::Kind::kRefused);
-  EXPECT_EQ(refused->cause.text.view(), "right would move on, and nobody takes it over");
+  EXPECT_EQ(refused->cause.text.view(), "right would move on, and no net takes it over");
   EXPECT_EQ(core->state(first), NetState::kRunning) << "wholly or not at all";
   ASSERT_TRUE(run_to_end(first));
   EXPECT_EQ(left_backend->sent.back().q, b);

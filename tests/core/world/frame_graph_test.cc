@@ -57,6 +57,28 @@ TEST(FrameGraph, MovingFramesHaveNoConstantPoseButWhatHangsOnThemHas) {
   EXPECT_THAT(graph.set("x", {.kind = Relation::Kind::kChannel, .parent = "arm"}), Reports(Code::kMissing, ""));
 }
 
+TEST(FrameGraph, WhatDependsOnAFrameThatIsTakenAwayStaysWhereItIs) {
+  FrameGraph graph;
+  const auto estimate = [](const std::string& parent, const Eigen::Isometry3d& X) {
+    return Relation{.kind = Relation::Kind::kEstimate, .parent = parent, .X_PF = X};
+  };
+  ASSERT_TRUE(graph.add("table", "world", at(1, 0, 0.5, 0.3)).empty());
+  ASSERT_TRUE(graph.set("here", estimate("table", at(0.2, 0, 0, 0.4))).empty());
+  ASSERT_TRUE(graph.set("part", estimate("here", at(0, 0.1, 0, 0.1))).empty());
+  const Eigen::Isometry3d before = *graph.pose("part");
+  const std::uint64_t changes = graph.changes();
+  EXPECT_TRUE(graph.remove("here"));
+  EXPECT_FALSE(graph.contains("here"));
+  EXPECT_GT(graph.changes(), changes);
+  EXPECT_EQ(graph.relation("part")->parent, "table");
+  EXPECT_TRUE(graph.pose("part")->isApprox(before, 1e-12));
+  ASSERT_TRUE(graph.set("table", "world", at(0, 0, 2)).empty());
+  EXPECT_NEAR(graph.pose("part")->translation().z(), 2.0, 1e-12) << "it goes with what is left";
+  EXPECT_FALSE(graph.remove("here"));
+  EXPECT_FALSE(graph.remove("table")) << "no step has made it";
+  EXPECT_TRUE(graph.contains("table"));
+}
+
 TEST(FrameGraph, ALostFrameHasNoPoseAndNothingThatDependsOnItHas) {
   FrameGraph graph;
   ASSERT_TRUE(graph.add("box", "world", at(1, 0, 0)).empty());

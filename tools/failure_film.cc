@@ -1,0 +1,69 @@
+#include "tools/failure_film.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "app/process.h"
+#include "scenario/session.h"
+
+namespace takt::tools {
+namespace {
+
+constexpr double kBefore = 3.0, kAfter = 1.0;  ///< s
+
+/// "scenarios/deep/touch.json" is "scenarios_deep_touch.mp4": two scenarios may have the same name in two folders.
+std::string film_name(const std::filesystem::path& scenario) {
+  std::string name = scenario.lexically_normal().replace_extension().generic_string();
+  std::ranges::replace(name, '/', '_');
+  const std::size_t first = name.find_first_not_of("._");
+  return (first == name.npos ? "film" : name.substr(first)) + ".mp4";
+}
+
+Result<void> make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!error) return {};
+  return failure(Code::kFileNotWritable, "--failures",
+                 fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
+}
+
+scenario::RunOptions film_options(const std::filesystem::path& film, const FailureMoment& moment) {
+  scenario::RunOptions options;
+  options.video = film;
+  options.width = 960;
+  options.height = 540;
+  options.video_from = std::max(0.0, moment.time - kBefore);
+  options.measure_times = false;
+  options.repeat = false;
+  options.interrupt = &app::catch_interrupts();
+  if (moment.at_end) return options;
+  options.video_to = moment.time + kAfter;
+  options.after_cycle = [end = options.video_to](scenario::BuiltCell& built) {
+    return to_seconds(built.core->time()) <= end;
+  };
+  return options;
+}
+
+}  // namespace
+
+void add_failure_film_options(CLI::App& verb, FailureFilmArguments& arguments) {
+  verb.add_option("--failures", arguments.folder, "Folder for films of the seconds around failures")
+      ->type_name("DIR")
+      ->capture_default_str();
+  verb.add_flag("--no-film", arguments.off, "Do not film failures");
+}
+
+Result<std::filesystem::path> film_failure(const std::filesystem::path& scenario, const FailureMoment& moment,
+                                           const FailureFilmArguments& arguments, const Common& common) {
+  if (const auto made = make_folder(arguments.folder); !made) return std::unexpected(made.error());
+  auto session = scenario::Session::open(scenario, common.library());
+  if (!session) return std::unexpected(session.error());
+  const std::filesystem::path film = std::filesystem::path(arguments.folder) / film_name(scenario);
+  const scenario::RunReport report = (*session)->run(film_options(film, moment));
+  if (report.frames > 0) return film;
+  return std::unexpected(report.diagnostics);
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/base/diagnostics.h"
+#include "tools/import/mesh_files.h"
+
+namespace takt::tools {
+
+/// A COLLADA file (.dae) as a mesh: all its geometries with the transforms of their nodes, in m by the file's unit, in
+/// the axes of the file, whatever it says of "up", as ROS shows it. Lines, points, colours and textures are left out.
+/// @return diagnostics: it cannot be read, it has no triangle, it has more than kMostTriangles.
+[[nodiscard]] Result<MeshFile> read_collada(const std::filesystem::path& file);
+
+}  // namespace takt::tools
