@@ -402,6 +402,9 @@ void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnos
   }
 }
 
+/// With 1 ms a screw of a few grams, pressed into the mouth of its thread by a bit, rattles.
+constexpr Nanoseconds kTimestepWithScrews = 500'000;
+
 }  // namespace
 
 Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary& models, bool measure_times,
@@ -438,6 +441,8 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
       built.true_body[entry.name] = entry.name + "/" + simulated.robots.back().model->root().name;
     built.cell.objects[entry.name] = std::move(known);
   }
+  if (std::ranges::any_of(simulated.objects, [](const auto& object) { return object.screw.has_value(); }))
+    simulated.physics.timestep = kTimestepWithScrews;
   add_tool_sides(devices, simulated, frames, built);
   complete_surfaces(description, models, simulated, diagnostics);
   for (const FrameEntry& frame : description.frames)
