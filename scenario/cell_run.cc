@@ -285,7 +285,9 @@ void CellRun::step_begun(std::string_view name) {
 
 void CellRun::close_recording() {
   if (!recorder_) return;
+  const Clock::time_point begin = Clock::now();
   const record::RecorderStatus status = recorder_->close();
+  report_.wall_time += Stopwatch::seconds_since(begin);
   if (report_.realtime) report_.realtime->cycles_not_recorded = static_cast<std::int64_t>(status.dropped_cycles);
   if (!status.error.empty())
     report_.diagnostics.error(Code::kFileNotWritable, {}, "the recording stopped: " + status.error);
