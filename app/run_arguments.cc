@@ -158,6 +158,11 @@ void add_run_options(CLI::App& parser, RunArguments& arguments) {
   parser.add_option("--size", arguments.size, "Size of the film")->type_name("WxH")->capture_default_str();
   parser.add_option("--fps", arguments.fps, "Pictures per second of the film")->capture_default_str();
   parser.add_option("--record", arguments.record, "Recording of the run (MCAP)")->type_name("OUT.mcap");
+  parser
+      .add_option("--record-last", arguments.record_last,
+                  "Keep only so many seconds of the recording, and write them if something goes wrong")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 3600.0));
   parser.add_flag("--record-blocks", arguments.record_blocks, "Record the digest of each block, too");
   parser
       .add_option("--log", arguments.log,
@@ -201,6 +206,9 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
     diagnostics.error(Code::kOutOfRange, "--video-to",
                       fmt::format("{:g} s is before {:g} s", *arguments.video_to, arguments.video_from),
                       "a time after --video-from");
+  if (arguments.record_last && arguments.record.empty())
+    diagnostics.error(Code::kRequires, "--record-last", "there is no recording that could be so long",
+                      "--record OUT.mcap");
   check_log_level(arguments.log, diagnostics);
   check_products(arguments, inputs, diagnostics);
   parsed.open.overrides = parse_sets(arguments.sets, diagnostics);
@@ -216,6 +224,7 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   parsed.run.camera = arguments.camera;
   parsed.run.fps = arguments.fps;
   parsed.run.record = arguments.record;
+  parsed.run.record_last = arguments.record_last.value_or(0.0);
   parsed.run.record_blocks = arguments.record_blocks;
   parsed.run.realtime = arguments.realtime;
   constexpr Nanoseconds kStuck = 10 * kSecond;  // far above the longest cycle of a busy machine

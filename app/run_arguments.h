@@ -29,7 +29,7 @@ struct RunArguments {
   std::string video, camera, size = "1280x720", record, log = "info";
   int fps = 25;
   double video_from = 0.0;
-  std::optional<double> video_to;
+  std::optional<double> video_to, record_last;
   FilmViewArguments film;
   bool realtime = false, record_blocks = false;
   std::optional<std::string> seed;

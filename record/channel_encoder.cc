@@ -136,4 +136,11 @@ ChannelPlan plan_texts(std::string topic, RowKind kind) {
   return plan;
 }
 
+ChannelPlan plan_constant(std::string topic, std::string_view schema, std::string bytes) {
+  ChannelPlan plan = plan_of(std::move(topic), known_schema(schema));
+  plan.kind = RowKind::kConstant;
+  plan.constant = std::move(bytes);
+  return plan;
+}
+
 }  // namespace takt::record

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,7 +17,7 @@
 namespace takt::record {
 
 /// What the cycle hands over for one message.
-enum class RowKind : std::uint8_t { kNumbers, kDigest, kEvent, kLog };
+enum class RowKind : std::uint8_t { kNumbers, kDigest, kEvent, kLog, kConstant };
 
 /// A channel as the recorder knows it: its place in the file and how its rows become messages.
 struct ChannelPlan {
@@ -29,6 +30,7 @@ struct ChannelPlan {
   std::size_t joint_count = 0;
   std::vector<Eigen::Quaterniond> last_rotations;  ///< of transforms: the signs go on from them
   RowEncoder rows;
+  std::string constant;  ///< the only message
 };
 
 [[nodiscard]] ChannelPlan plan_joint_states(std::string topic, std::vector<std::string> joints, JointFields fields);
@@ -39,6 +41,9 @@ struct ChannelPlan {
 [[nodiscard]] ChannelPlan plan_state(std::string topic, std::vector<std::string> names);
 /// Digests, events and log lines.
 [[nodiscard]] ChannelPlan plan_texts(std::string topic, RowKind kind);
+
+/// One message, which is there from the begin on.
+[[nodiscard]] ChannelPlan plan_constant(std::string topic, std::string_view schema, std::string bytes);
 
 /// JSON array of texts, for the channel's metadata.
 [[nodiscard]] std::string text_list(const std::vector<std::string>& texts);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <set>
 
@@ -70,9 +71,16 @@ class TableComparer {
     // Times and one column, of both.
     if (2 * (rows_a + rows_b) > most_values_)
       return note_missing(fmt::format("topic '{}' has too many messages to be compared", topic), comparison_);
-    for (const std::string& name :
-         names_in_both(names_a->columns, names_b->columns, fmt::format("column of '{}':", topic), comparison_))
-      add_column(*names_a, *names_b, name);
+    const auto names =
+        names_in_both(names_a->columns, names_b->columns, fmt::format("column of '{}':", topic), comparison_);
+    const std::size_t rows = rows_a + rows_b;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      // The parts of an orientation are compared together, so they are read together, also where only two columns fit.
+      const std::size_t together = is_rotation(topic, names, i) ? 4 : 1;
+      if (values_ > 0 && values_ + (together + 1) * rows > most_values_) finish();
+      for (std::size_t k = 0; k < together; ++k) add_column(*names_a, *names_b, names[i + k]);
+      i += together - 1;
+    }
   }
 
   /// Compares what has been added and not compared yet.
@@ -95,7 +103,6 @@ class TableComparer {
       return;
     }
     const std::size_t rows = a_.rows(names_a.topic) + b_.rows(names_b.topic);
-    if (values_ + 2 * rows > most_values_) finish();
     if (in_a_.empty() || in_a_.back().topic != names_a.topic) {
       in_a_.push_back({names_a.topic, std::vector<std::size_t>()});
       in_b_.push_back({names_a.topic, std::vector<std::size_t>()});
@@ -109,19 +116,53 @@ class TableComparer {
     values_ += rows;
   }
 
+  /// Whether an orientation begins at this column.
+  [[nodiscard]] bool is_rotation(const std::string& topic, const std::vector<std::string>& columns,
+                                 std::size_t first) const {
+    constexpr std::array<std::string_view, 4> kParts = {".qw", ".qx", ".qy", ".qz"};
+    if (first + 4 > columns.size() || !columns[first].ends_with(kParts[0])) return false;
+    if (a_.find_channel(topic)->schema != kFrameTransformsSchema) return false;
+    const std::string frame = columns[first].substr(0, columns[first].size() - kParts[0].size());
+    for (std::size_t k = 1; k < 4; ++k)
+      if (columns[first + k] != frame + std::string(kParts[k])) return false;
+    return true;
+  }
+
+  static RotationView rotation_view(const Table& table, std::size_t first) {
+    return {table.time,
+            {table.values[first], table.values[first + 1], table.values[first + 2], table.values[first + 3]}};
+  }
+
+  [[nodiscard]] ColumnComparison compare_rotations(const Table& a, const Table& b, std::size_t first) {
+    std::string name = a.columns[first];
+    name.replace(name.size() - 2, 2, "rotation");
+    const Tolerance tolerance = choose_tolerance(options_.rules, a.topic, name, default_tolerance(a.topic, "rad"));
+    return compare_rotation({a.topic, name, "rad"}, rotation_view(a, first), rotation_view(b, first), tolerance,
+                            points_left());
+  }
+
+  [[nodiscard]] std::size_t points_left() const { return plot_points_ < kMostPlotPoints ? options_.plot_points : 0; }
+
+  void add(ColumnComparison column) {
+    plot_points_ += column.curve_a.value.size() + column.curve_b.value.size();
+    comparison_.columns.push_back(std::move(column));
+  }
+
   /// Two tables of equal columns.
   void compare(const Table& a, const Table& b) {
     // States have no units to judge by; the digest covers them. Which contacts there are depends on the processor.
     const bool only_shown = a_.find_channel(a.topic)->schema == kSimStateSchema || a.topic == kContactForceTopic;
     for (std::size_t i = 0; i < std::min(a.columns.size(), b.columns.size()); ++i) {
+      if (is_rotation(a.topic, a.columns, i) && is_rotation(b.topic, b.columns, i)) {
+        add(compare_rotations(a, b, i));
+        i += 3;
+        continue;
+      }
       Tolerance otherwise{.kind = ToleranceKind::kReportOnly};
       if (!only_shown) otherwise = default_tolerance(a.topic, b.units[i]);
       const Tolerance tolerance = choose_tolerance(options_.rules, a.topic, a.columns[i], otherwise);
-      const std::size_t points = plot_points_ < kMostPlotPoints ? options_.plot_points : 0;
-      ColumnComparison column =
-          compare_column({a.topic, a.columns[i], b.units[i]}, column_view(a, i), column_view(b, i), tolerance, points);
-      plot_points_ += column.curve_a.value.size() + column.curve_b.value.size();
-      comparison_.columns.push_back(std::move(column));
+      add(compare_column({a.topic, a.columns[i], b.units[i]}, column_view(a, i), column_view(b, i), tolerance,
+                         points_left()));
     }
   }
 
@@ -200,6 +241,7 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
   comparison.end_a = a.end_time();
   comparison.end_b = b.end_time();
   compare_digests(a, b, comparison);
+  comparison.steps = steps_of(a);
   const auto fingerprint_b = b.metadata().find("takt.fingerprint");
   note_differences(a, "A",
                    fingerprint_b == b.metadata().end() ? std::map<std::string, std::string>{} : fingerprint_b->second,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -21,14 +22,33 @@ namespace takt::record {
 enum class ToleranceKind {
   kExact,       ///< the same samples at the same times, bit for bit
   kTube,        ///< within dv of the reference somewhere within dt around each time
-  kFeatures,    ///< only the greatest, least, mean and last value, each within dv
+  kFeatures,    ///< only what Tolerance::features names: values within dv, times within dt
   kReportOnly,  ///< shown, never judged
 };
 
+/// What is left of a curve when its course does not matter. All are reported; a tolerance says which are judged.
+enum class Feature : std::uint8_t {
+  kMax,
+  kMin,
+  kMean,  ///< over time
+  kEnd,
+  kPeak,      ///< greatest magnitude: of a force
+  kSettling,  ///< s: from then on it stays within dv of its last value
+  kPath,      ///< length of the way up and down, without turns smaller than dv; judged within 2 dv for each turn
+  kDuration,  ///< s: from the first value to the last
+};
+inline constexpr std::size_t kFeatureCount = 8;
+using FeatureSet = std::bitset<kFeatureCount>;
+/// "max", "min", "mean", "end", "peak", "settling", "path", "duration".
+[[nodiscard]] std::string_view name_of(Feature feature);
+/// Adds the feature of a name to `features`; what is none goes to `diagnostics`.
+void judge_feature(const std::string& name, const std::string& pointer, FeatureSet& features, Diagnostics& diagnostics);
+
 struct Tolerance {
   ToleranceKind kind = ToleranceKind::kTube;
-  Nanoseconds dt = 5 * kMillisecond;  ///< half width of the tube in time; for events the window
+  Nanoseconds dt = 5 * kMillisecond;  ///< half width of the tube in time; for events the window; for times of features
   double dv = 0.0;                    ///< half width in value, in the column's unit
+  FeatureSet features{0b1111};        ///< that are judged, by number; default: max, min, mean, end
   friend bool operator==(const Tolerance&, const Tolerance&) = default;
 };
 
@@ -65,9 +85,10 @@ struct DigestDifference {
 
 /// A value of one feature in both runs.
 struct FeatureDifference {
-  std::string name;  ///< "max", "min", "mean", "end"
+  std::string name;  ///< of the feature
   double a = 0.0, b = 0.0;
   bool passed = true;
+  bool judged = true;
 };
 
 /// A curve thinned for drawing: least and greatest value of each stretch of time are kept. NaN = null.
@@ -94,6 +115,12 @@ struct ColumnComparison {
   PlotCurve curve_a, curve_b;  ///< for the report; curve_b is empty where both are equal throughout
 };
 
+/// When a step of the program began.
+struct StepMark {
+  double time_s = 0.0;
+  std::string name;
+};
+
 /// Two runs side by side. A is the run under test, B the reference (the second recording, or a golden).
 struct Comparison {
   std::string name_a, name_b;
@@ -106,6 +133,8 @@ struct Comparison {
   std::vector<ColumnComparison> columns;  ///< in the order of the recordings
   std::vector<std::string> missing;       ///< what only one side has, in words; fails the comparison
   std::vector<std::string> notes;         ///< differing fingerprints, truncation: reported, not judged
+  std::vector<StepMark> steps;            ///< of A, for the report
+  std::string film_a, film_b;             ///< MP4 files as they are, for the report; empty: none
 };
 
 /// Compares two recordings. Diagnostics: an unreadable file. Realtime: setup.

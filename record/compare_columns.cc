@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -63,48 +64,124 @@ void compare_exactly(const CurveView& a, const CurveView& b, ColumnComparison& r
       first < common ? "first difference here" : fmt::format("{} samples against {}", a.time.size(), b.time.size());
 }
 
+constexpr double kNoFeature = std::numeric_limits<double>::quiet_NaN();
+
+/// The way up and down, where turns smaller than `band` count as noise, and how often it turns.
+struct Way {
+  double length = 0.0;
+  int turns = 0;
+};
+
+Way way_of(const CurveView& curve, double band) {
+  Way way;
+  double begin = kNoFeature, low = kNoFeature, high = kNoFeature;  // of the present rise or fall; its extremes
+  int direction = 0;
+  const auto turn = [&](int to, double at) {
+    if (direction != 0) {
+      way.length += std::abs(at - begin);
+      ++way.turns;
+    }
+    begin = at;
+    direction = to;
+  };
+  for (const double v : curve.value) {
+    if (std::isnan(v)) continue;
+    low = std::fmin(low, v);
+    high = std::fmax(high, v);
+    if (direction <= 0 && v - low > band) {
+      turn(1, low);
+      high = v;
+    } else if (direction >= 0 && high - v > band) {
+      turn(-1, high);
+      low = v;
+    }
+  }
+  if (direction != 0) way.length += std::abs((direction > 0 ? high : low) - begin);
+  return way;
+}
+
+/// From when on it stays within `band` of its last value, s.
+double settling_of(const CurveView& curve, double band, double last) {
+  double settled = kNoFeature;
+  for (std::size_t i = 0; i < curve.time.size(); ++i) {
+    if (std::isnan(curve.value[i])) continue;
+    if (std::abs(curve.value[i] - last) > band) {
+      settled = kNoFeature;
+    } else if (std::isnan(settled)) {
+      settled = to_seconds(curve.time[i]);
+    }
+  }
+  return settled;
+}
+
+double duration_of(const CurveView& curve) {
+  const auto is_value = [](double v) { return !std::isnan(v); };
+  const auto first = std::ranges::find_if(curve.value, is_value);
+  if (first == curve.value.end()) return kNoFeature;
+  const auto begin = static_cast<std::size_t>(first - curve.value.begin());
+  std::size_t end = curve.value.size() - 1;
+  while (std::isnan(curve.value[end])) --end;
+  return to_seconds(curve.time[end] - curve.time[begin]);
+}
+
 struct Features {
-  double max = std::numeric_limits<double>::quiet_NaN(), min = max, mean = max, end = max;
+  std::array<double, kFeatureCount> value;
+  int turns = 0;
+  double& operator[](Feature feature) { return value[static_cast<std::size_t>(feature)]; }
 };
 
 /// The mean is over time, so that a thinned reference has the same.
-Features features_of(const CurveView& curve) {
+Features features_of(const CurveView& curve, double band) {
   Features f;
+  f.value.fill(kNoFeature);
   double area = 0.0, span = 0.0;
   for (std::size_t i = 0; i < curve.time.size(); ++i) {
     const double v = curve.value[i];
     if (std::isnan(v)) continue;
-    f.max = std::fmax(f.max, v);
-    f.min = std::fmin(f.min, v);
-    f.end = v;
+    f[Feature::kMax] = std::fmax(f[Feature::kMax], v);
+    f[Feature::kMin] = std::fmin(f[Feature::kMin], v);
+    f[Feature::kPeak] = std::fmax(f[Feature::kPeak], std::abs(v));
+    f[Feature::kEnd] = v;
     if (i == 0 || std::isnan(curve.value[i - 1])) continue;
     const double width = to_seconds(curve.time[i] - curve.time[i - 1]);
     area += 0.5 * (v + curve.value[i - 1]) * width;
     span += width;
   }
-  if (span > 0.0) f.mean = area / span;
+  if (span > 0.0) f[Feature::kMean] = area / span;
+  const Way way = way_of(curve, band);
+  f[Feature::kPath] = way.length;
+  f.turns = way.turns;
+  f[Feature::kSettling] = settling_of(curve, band, f[Feature::kEnd]);
+  f[Feature::kDuration] = duration_of(curve);
   return f;
 }
 
+/// How far a feature may be off, in its own unit.
+double freedom_of(Feature feature, const Tolerance& tolerance, int turns) {
+  if (feature == Feature::kSettling || feature == Feature::kDuration) return to_seconds(tolerance.dt);
+  return feature == Feature::kPath ? 2.0 * tolerance.dv * (turns + 1) : tolerance.dv;
+}
+
 void compare_features(const CurveView& a, const CurveView& b, ColumnComparison& result) {
-  const Features fa = features_of(a), fb = features_of(b);
-  const auto add = [&](const char* name, double va, double vb) {
+  const Features fa = features_of(a, result.tolerance.dv), fb = features_of(b, result.tolerance.dv);
+  double worst = 0.0;  // in its tolerance
+  for (std::size_t i = 0; i < kFeatureCount; ++i) {
+    const auto feature = static_cast<Feature>(i);
+    const double va = fa.value[i], vb = fb.value[i];
     const bool both_null = std::isnan(va) && std::isnan(vb);
     const double deviation = both_null ? 0.0 : std::abs(va - vb);
-    const bool passed = deviation <= result.tolerance.dv;
-    result.features.push_back({name, va, vb, passed});
+    const double freedom = freedom_of(feature, result.tolerance, fb.turns);
+    const bool judged = result.tolerance.features.test(i), passed = deviation <= freedom || !judged;
+    result.features.push_back({std::string(name_of(feature)), va, vb, passed, judged});
     result.passed = result.passed && passed;
-    if (!(deviation <= result.max_deviation)) {
-      result.max_deviation = deviation;
-      result.note = fmt::format("largest in '{}'", name);
-      result.a = va;
-      result.b = vb;
-    }
-  };
-  add("max", fa.max, fb.max);
-  add("min", fa.min, fb.min);
-  add("mean", fa.mean, fb.mean);
-  add("end", fa.end, fb.end);
+    const double share = freedom > 0.0 ? deviation / freedom : deviation;
+    if (!judged || share <= worst) continue;
+    worst = std::isnan(share) ? std::numeric_limits<double>::infinity() : share;
+    result.max_deviation = deviation;
+    result.note = fmt::format("largest in '{}'", name_of(feature));
+    result.a = va;
+    result.b = vb;
+  }
 }
 
 void compare_in_tube(const CurveView& a, const CurveView& b, ColumnComparison& result) {
@@ -115,7 +192,92 @@ void compare_in_tube(const CurveView& a, const CurveView& b, ColumnComparison& r
   if (result.tolerance.kind == ToleranceKind::kTube) result.passed = tube.outside == 0;
 }
 
+using Quaternion = std::array<double, 4>;
+
+Quaternion orientation_at(const RotationView& curve, Nanoseconds time) {
+  Quaternion q;
+  for (std::size_t k = 0; k < 4; ++k) q[k] = value_at({curve.time, curve.wxyz[k]}, time);
+  return q;
+}
+
+/// Between two orientations, rad; q and -q are the same one.
+double angle_between(const Quaternion& p, const Quaternion& q) {
+  if (p == q) return 0.0;
+  const double w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+  const double x = p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2];
+  const double y = p[0] * q[2] + p[1] * q[3] - p[2] * q[0] - p[3] * q[1];
+  const double z = p[0] * q[3] - p[1] * q[2] + p[2] * q[1] - p[3] * q[0];
+  return 2.0 * std::atan2(std::hypot(x, y, z), std::abs(w));
+}
+
+/// The least angle to the reference within dt of a time.
+double least_angle(const Quaternion& q, const RotationView& reference, Nanoseconds time, Nanoseconds dt) {
+  double least = angle_between(q, orientation_at(reference, time));
+  const auto try_at = [&](Nanoseconds t) { least = std::fmin(least, angle_between(q, orientation_at(reference, t))); };
+  try_at(time - dt);
+  try_at(time + dt);
+  auto sample = std::ranges::lower_bound(reference.time, time - dt);
+  for (; sample != reference.time.end() && *sample <= time + dt; ++sample) try_at(*sample);
+  return least;
+}
+
+bool same_rotations(const RotationView& a, const RotationView& b) {
+  bool same = true;
+  for (std::size_t k = 0; k < 4; ++k) same = same && same_curves({a.time, a.wxyz[k]}, {b.time, b.wxyz[k]});
+  return same;
+}
+
 }  // namespace
+
+std::vector<StepMark> steps_of(const Recording& recording) {
+  constexpr std::size_t kMost = 1000;
+  std::vector<StepMark> steps;
+  recording.for_each_event(kProgramTopic, [&steps](const RecordedEvent& event) {
+    if (event.source == "program" && event.name == "begin") steps.push_back({to_seconds(event.time), event.text});
+    return steps.size() < kMost;
+  });
+  return steps;
+}
+
+std::string_view name_of(Feature feature) {
+  static constexpr std::array<std::string_view, kFeatureCount> kNames = {"max",  "min",      "mean", "end",
+                                                                         "peak", "settling", "path", "duration"};
+  return kNames[static_cast<std::size_t>(feature)];
+}
+
+void judge_feature(const std::string& name, const std::string& pointer, FeatureSet& features,
+                   Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < kFeatureCount; ++i) {
+    names.emplace_back(name_of(static_cast<Feature>(i)));
+    if (names.back() != name) continue;
+    features.set(i);
+    return;
+  }
+  diagnostics.error(Code::kUnknownName, pointer, fmt::format("'{}' is not a feature", name),
+                    nearest_choice(name, names));
+}
+
+ColumnComparison compare_rotation(const ColumnId& id, const RotationView& a, const RotationView& b,
+                                  const Tolerance& tolerance, std::size_t plot_points) {
+  std::vector<double> free(a.time.size()), none(a.time.size(), 0.0);
+  double greatest = 0.0;
+  const bool same = same_rotations(a, b);
+  for (std::size_t i = 0; i < a.time.size() && !same; ++i) {
+    const Quaternion q = orientation_at(a, a.time[i]), other = orientation_at(b, a.time[i]);
+    if (std::isnan(q[0]) && std::isnan(other[0])) none[i] = kNoFeature;
+    const double now = angle_between(q, other);
+    greatest =
+        std::isnan(now) && !std::isnan(none[i]) ? std::numeric_limits<double>::infinity() : std::fmax(greatest, now);
+    free[i] = least_angle(q, b, a.time[i], tolerance.kind == ToleranceKind::kTube ? tolerance.dt : 0);
+  }
+  Tolerance at_once = tolerance;
+  at_once.dt = tolerance.kind == ToleranceKind::kTube ? 0 : tolerance.dt;
+  ColumnComparison result = compare_column(id, {a.time, free}, {a.time, none}, at_once, plot_points);
+  result.tolerance = tolerance;
+  result.max_difference = greatest;
+  return result;
+}
 
 Tolerance choose_tolerance(const std::vector<ToleranceRule>& rules, std::string_view topic, std::string_view column,
                            const Tolerance& otherwise) {

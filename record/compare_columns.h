@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +26,16 @@ struct ColumnId {
 [[nodiscard]] ColumnComparison compare_column(const ColumnId& id, const CurveView& a, const CurveView& b,
                                               const Tolerance& tolerance, std::size_t plot_points);
 
+/// An orientation over time, as four curves.
+struct RotationView {
+  std::span<const Nanoseconds> time;
+  std::array<std::span<const double>, 4> wxyz;
+};
+
+/// Two orientations: the angle between them at the times of A, rad, against zero; with a tube the least one within dt.
+[[nodiscard]] ColumnComparison compare_rotation(const ColumnId& id, const RotationView& a, const RotationView& b,
+                                                const Tolerance& tolerance, std::size_t plot_points);
+
 /// Events as a sequence: the same (source, name) in the same order, each within dt; texts too if exact.
 [[nodiscard]] ColumnComparison compare_events(std::string_view topic, const std::vector<RecordedEvent>& a,
                                               const std::vector<RecordedEvent>& b, const Tolerance& tolerance);
@@ -34,6 +46,9 @@ struct ColumnId {
 /// Differences of fingerprints and torn ends, in words.
 void note_differences(const Recording& a, std::string_view name_a,
                       const std::map<std::string, std::string>& fingerprint_b, Comparison& comparison);
+
+/// Where steps of the program begin, a thousand at most: more than fit on an axis are of no use.
+[[nodiscard]] std::vector<StepMark> steps_of(const Recording& recording);
 
 /// Fills `passed` from columns, missing and, if required, digests.
 void judge(const CompareOptions& options, Comparison& comparison);

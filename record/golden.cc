@@ -109,7 +109,13 @@ const char* kind_name(ToleranceKind kind) {
 }
 
 nlohmann::ordered_json to_json(const Tolerance& tolerance) {
-  return {{"kind", kind_name(tolerance.kind)}, {"dt_s", to_seconds(tolerance.dt)}, {"dv", tolerance.dv}};
+  nlohmann::ordered_json json = {
+      {"kind", kind_name(tolerance.kind)}, {"dt_s", to_seconds(tolerance.dt)}, {"dv", tolerance.dv}};
+  if (tolerance.features == Tolerance{}.features) return json;
+  json["features"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < kFeatureCount; ++i)
+    if (tolerance.features.test(i)) json["features"].push_back(std::string(name_of(static_cast<Feature>(i))));
+  return json;
 }
 
 Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(seconds * 1e9)); }
@@ -205,6 +211,13 @@ class MemberReader {
     }
     tolerance.dt = nanoseconds(number(*member, place, "dt_s"));
     tolerance.dv = number(*member, place, "dv");
+    if (!member->contains("features")) return tolerance;
+    tolerance.features.reset();
+    const auto& names_judged = list(*member, place, "features");
+    for (std::size_t i = 0; i < names_judged.size(); ++i) {
+      const std::string name = names_judged[i].is_string() ? names_judged[i].get<std::string>() : std::string();
+      judge_feature(name, place + "/features" + pointer_segment(i), tolerance.features, diagnostics_);
+    }
     return tolerance;
   }
 
@@ -417,6 +430,7 @@ Comparison compare_with_golden(const Recording& recording, const Golden& golden,
   comparison.end_a = recording.end_time();
   comparison.end_b = nanoseconds(golden.end_s);
   compare_golden_digest(recording, golden, comparison);
+  comparison.steps = steps_of(recording);
   note_differences(recording, "run", golden.fingerprint, comparison);
   comparison.columns.push_back(compare_end(comparison.end_a, comparison.end_b,
                                            choose_tolerance(options.rules, "run", "end", golden.event_tolerance)));

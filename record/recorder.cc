@@ -45,8 +45,14 @@ class Recorder::Impl {
   void write_texts(ChannelId channel, RowKind kind, std::optional<std::uint64_t> first_word,
                    std::array<std::string_view, 4> texts);
 
+  /// A full ring takes it later.
+  void try_keep() {
+    if (keep_pending_ && started_ && reserve(kKeepTag, 0) != nullptr) keep_pending_ = false;
+  }
+
   FullPolicy policy_;
   RecordingThread thread_;
+  bool keep_pending_ = false;
   bool started_ = false;
   bool closed_ = false;
   bool dropping_ = false;  ///< the rest of this cycle is left out
@@ -148,6 +154,7 @@ void Recorder::begin_cycle(Nanoseconds time, std::uint64_t cycle) {
     words[0] = static_cast<std::uint64_t>(impl.time_);
     words[1] = cycle;
   }
+  impl.try_keep();
 }
 
 void Recorder::write(ChannelId channel, std::span<const double> row) {
@@ -228,10 +235,20 @@ void Recorder::log(ChannelId channel, LogLevel level, std::string_view source, s
   impl_->write_texts(channel, RowKind::kLog, static_cast<std::uint64_t>(level), {source, text, {}, {}});
 }
 
+void Recorder::add_constant(std::string topic, std::string_view schema, std::string bytes) {
+  impl_->add(plan_constant(std::move(topic), schema, std::move(bytes)));
+}
+
+void Recorder::keep() {
+  impl_->keep_pending_ = true;
+  impl_->try_keep();
+}
+
 RecorderStatus Recorder::close() {
   if (!impl_->closed_) {
     impl_->thread_.ring.publish();
     impl_->closed_ = true;
+    impl_->thread_.keep_at_end.store(impl_->keep_pending_);
     impl_->thread_.stop();
   }
   return status();
@@ -245,6 +262,7 @@ RecorderStatus Recorder::status() const {
   status.bytes = impl_->thread_.bytes.load(std::memory_order_relaxed);
   status.dropped_cycles = impl_->dropped_cycles_.load(std::memory_order_relaxed);
   status.refused_rows = impl_->refused_rows_.load(std::memory_order_relaxed);
+  status.removed = impl_->thread_.removed.load(std::memory_order_relaxed);
   return status;
 }
 

@@ -46,6 +46,9 @@ struct RecorderOptions {
   /// What a chunk still open has gathered is on its way to the disk after this much wall time at the latest.
   Nanoseconds flush_wall_time = 50 * kMillisecond;
   int zstd_level = 1;
+  /// Only so much recorded time is kept, in memory, and written by close(), if keep() was called; else close() removes
+  /// the file. 0: all is written as it comes. A kill leaves a file without messages.
+  Nanoseconds keep_last = 0;
   /// Called at most once, from the writer's thread: the recording stopped, and why.
   std::function<void(const std::string&)> on_error;
 };
@@ -72,6 +75,7 @@ struct RecorderStatus {
   std::uint64_t bytes = 0;           ///< on the way to the disk so far
   std::uint64_t dropped_cycles = 0;  ///< left out by kDrop
   std::uint64_t refused_rows = 0;    ///< rows of the wrong size, a defect of the caller
+  bool removed = false;              ///< nothing was to be kept, so there is no file
 };
 
 /// Writes one run into an MCAP file. The run loop owns it and is the only thread that calls it; a thread of its own
@@ -130,6 +134,14 @@ class Recorder {
   void event(ChannelId channel, std::string_view source, std::string_view name, std::string_view text,
              std::string_view step = {});
   void log(ChannelId channel, LogLevel level, std::string_view source, std::string_view text);
+
+  /// A message that the file begins with: `bytes` are one message of the schema, a protobuf type of those that
+  /// record/proto has. Realtime: setup, before the first begin_cycle.
+  void add_constant(std::string topic, std::string_view schema, std::string bytes);
+
+  /// With RecorderOptions::keep_last: the last seconds, and one more, are to be written; later ones are not. Thread:
+  /// that of the cycle. Realtime: cyclic.
+  void keep();
 
   /// Hands the rest over, writes the summary and closes the file; what went wrong is in the result. Realtime: setup.
   RecorderStatus close();

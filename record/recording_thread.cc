@@ -41,7 +41,11 @@ void put_text(std::string& out, int field, std::string_view text) {
 }  // namespace
 
 RecordingThread::RecordingThread(const std::filesystem::path& path, const RecorderOptions& options)
-    : ring(options.ring_bytes), options_(options), writer_(path, options.zstd_level, options.chunk_bytes) {
+    : ring(options.ring_bytes),
+      options_(options),
+      path_(path),
+      history_(options.keep_last),
+      writer_(path, options.zstd_level, options.chunk_bytes) {
   writer_.add_metadata("takt.fingerprint", options_.fingerprint);
   mcap::Map run = options_.metadata;
   for (const Attachment& attachment : options_.attachments) {
@@ -114,7 +118,7 @@ void RecordingThread::write_all() {
   for (;;) {
     const bool last_round = stop_.load(std::memory_order_acquire);
     for (auto entry = ring.front(); entry.valid; entry = ring.front()) {
-      take(entry);
+      options_.keep_last > 0 ? remember(entry) : take(entry);
       ring.release();
     }
     if (last_round) break;
@@ -122,9 +126,26 @@ void RecordingThread::write_all() {
     note_progress();
     std::this_thread::sleep_for(kPause);
   }
+  write_history();
   write_channels();
   writer_.finish();
   note_progress();
+  if (options_.keep_last == 0 || history_.kept() || failed.load(std::memory_order_relaxed)) return;
+  std::error_code ignored;
+  std::filesystem::remove(path_, ignored);
+  removed.store(true, std::memory_order_relaxed);
+}
+
+void RecordingThread::remember(const SampleRing::Entry& entry) {
+  if (entry.tag == kKeepTag) return history_.keep();
+  if (entry.tag == kCycleTag) history_.begin_cycle(static_cast<Nanoseconds>(entry.words[0]));
+  history_.add(entry);
+}
+
+void RecordingThread::write_history() {
+  if (keep_at_end.load(std::memory_order_acquire)) history_.keep();
+  if (!history_.kept()) return;
+  history_.replay([this](const SampleRing::Entry& entry) { take(entry); });
 }
 
 void RecordingThread::write_channels() {
@@ -134,11 +155,17 @@ void RecordingThread::write_channels() {
     const std::uint16_t schema = writer_.add_schema(plan.schema.name, "protobuf", plan.schema.descriptor_set);
     ids_.push_back(writer_.add_channel(schema, plan.topic, "protobuf", plan.metadata));
   }
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    if (plans[i].kind != RowKind::kConstant) continue;
+    writer_.begin_message(ids_[i], time_).append(plans[i].constant);
+    writer_.end_message();
+  }
 }
 
 void RecordingThread::take(const SampleRing::Entry& entry) {
   // After an error entries only make room.
-  if (failed.load(std::memory_order_relaxed)) return;
+  if (failed.load(std::memory_order_relaxed) || entry.tag == kKeepTag) return;
+  if (entry.tag == kCycleTag && !channels_written_) time_ = static_cast<Nanoseconds>(entry.words[0]);
   write_channels();
   if (entry.tag == kCycleTag) {
     take_cycle(static_cast<Nanoseconds>(entry.words[0]), entry.words[1]);
@@ -195,6 +222,8 @@ void RecordingThread::take_message(std::uint32_t channel, std::span<const std::u
       if (!texts[3].empty()) put_text(out, 6, texts[3]);
       break;
     }
+    case RowKind::kConstant:
+      break;
     case RowKind::kLog: {
       const Texts texts = unpack_texts(words.subspan(1));
       put_stamp(out, stamp_);

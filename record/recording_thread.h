@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "record/channel_encoder.h"
+#include "record/entry_history.h"
 #include "record/mcap_writer.h"
 #include "record/recorder.h"
 #include "record/sample_ring.h"
@@ -18,6 +19,8 @@ namespace takt::record {
 
 /// The tag of an entry that opens a cycle: words time, cycle. Other tags are indices of channels.
 inline constexpr std::uint32_t kCycleTag = 0xFFFFFFFE;
+/// The tag of an entry without words: what is in the history stays (Recorder::keep).
+inline constexpr std::uint32_t kKeepTag = 0xFFFFFFFD;
 
 /// The side of a recorder that the cycle does not see: takes entries off the ring, encodes them, writes the file.
 /// Channels may be planned until the first entry is published; after that they belong to the thread.
@@ -39,7 +42,8 @@ class RecordingThread {
   void report_error(const std::string& text);
 
   std::atomic<std::uint64_t> messages{0}, bytes{0};
-  std::atomic<bool> failed{false};
+  std::atomic<bool> failed{false}, removed{false};
+  std::atomic<bool> keep_at_end{false};  ///< Recorder::keep() found no room in the ring
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -49,12 +53,16 @@ class RecordingThread {
   void drop_all();
   void write_channels();
   void take(const SampleRing::Entry& entry);
+  void remember(const SampleRing::Entry& entry);
+  void write_history();
   void take_cycle(Nanoseconds time, std::uint64_t cycle);
   void take_message(std::uint32_t channel, std::span<const std::uint64_t> words);
   void flush_if_due();
   void note_progress();
 
   RecorderOptions options_;
+  std::filesystem::path path_;
+  EntryHistory history_;
   mcap::Writer writer_;
   std::thread thread_;
   std::atomic<bool> stop_{false};

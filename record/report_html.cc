@@ -16,10 +16,22 @@ namespace takt::record {
 namespace {
 
 /// More pictures than this make a page that nobody scrolls through; the table has all columns.
-constexpr std::size_t kMostPictures = 80;
+constexpr std::size_t kMostPictures = 40;
 
 std::string sentence(std::string text) {
   text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+  }
   return text;
 }
 
@@ -55,6 +67,17 @@ void add_verdict(std::string& page, const Comparison& c) {
   page += "</div>";
 }
 
+/// Both films side by side; one button plays both.
+void add_films(std::string& page, const Comparison& c) {
+  if (c.film_a.empty() && c.film_b.empty()) return;
+  page += R"(<div class="card"><div class="films">)";
+  for (const auto& [name, film] : {std::pair{"A", &c.film_a}, {"B, the reference", &c.film_b}})
+    page += fmt::format(R"(<figure><figcaption><b>{}</b></figcaption>)"
+                        R"(<video controls muted src="data:video/mp4;base64,{}"></video></figure>)",
+                        name, base64(*film));
+  page += "</div></div>";
+}
+
 void add_row(std::string& page, const ColumnComparison& c) {
   page += fmt::format(
       "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=number>{}</td><td class=number>{:.3f} s</td>"
@@ -64,7 +87,7 @@ void add_row(std::string& page, const ColumnComparison& c) {
   std::string more = xml_text(c.note);
   for (const FeatureDifference& f : c.features) {
     more += fmt::format("{}{}: {:.4g} against {:.4g}{}", more.empty() ? "" : "; ", f.name, f.a, f.b,
-                        f.passed ? "" : " (outside)");
+                        f.passed ? (f.judged ? "" : " (not judged)") : " (outside)");
   }
   if (!more.empty()) page += fmt::format(R"(<tr><td></td><td colspan=6 class="soft">{}</td></tr>)", more);
 }
@@ -76,7 +99,8 @@ void add_table(std::string& page, const std::vector<const ColumnComparison*>& co
   page += "</table></div>";
 }
 
-void add_pictures(std::string& page, const std::vector<const ColumnComparison*>& columns, std::size_t& left) {
+void add_pictures(std::string& page, const std::vector<const ColumnComparison*>& columns,
+                  const std::vector<StepMark>& steps, std::size_t& left) {
   for (const ColumnComparison* c : columns) {
     if (left == 0) break;
     if (c->curve_a.time_s.size() < 2) continue;
@@ -89,7 +113,7 @@ void add_pictures(std::string& page, const std::vector<const ColumnComparison*>&
             ? R"(<span class="soft">equal to the bit</span>)"
             : fmt::format(R"(<span class="soft">deviation {} at {:.3f} s, tolerance {}</span>)",
                           amount(c->max_deviation, c->unit), to_seconds(c->time), xml_text(tolerance_text(*c))),
-        mark(*c), draw_column(*c));
+        mark(*c), draw_column(*c, steps));
   }
 }
 
@@ -113,17 +137,18 @@ std::string to_html(const Comparison& comparison) {
   page += kReportStyle;
   page += "</style></head><body><main>";
   add_verdict(page, comparison);
+  add_films(page, comparison);
   std::size_t pictures = kMostPictures;
   if (!failed.empty()) {
     page += "<h2>Outside</h2>";
     add_table(page, failed);
-    add_pictures(page, failed, pictures);
+    add_pictures(page, failed, comparison.steps, pictures);
   }
   const auto add_folded = [&](std::string_view title, const std::vector<const ColumnComparison*>& columns) {
     if (columns.empty()) return;
     page += fmt::format("<details{}><summary>{} ({})</summary>", failed.empty() ? " open" : "", title, columns.size());
     add_table(page, columns);
-    add_pictures(page, columns, pictures);
+    add_pictures(page, columns, comparison.steps, pictures);
     page += "</details>";
   };
   add_folded("Inside", inside);

@@ -33,6 +33,9 @@ td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; wh
 .mark.bad { background: #fbe6e4; color: var(--bad); }
 .mark.none { background: #eef0f3; color: var(--soft); }
 figure { margin: 0; }
+.films { display: flex; gap: 16px; }
+.films figure { flex: 1; }
+video { width: 100%; display: block; border-radius: 6px; }
 figcaption { display: flex; justify-content: space-between; gap: 16px; margin-bottom: 6px; }
 figcaption b { font-size: 15px; }
 svg { width: 100%; height: auto; display: block; }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/utf8.h"
+#include "core/base/xml_text.h"
 #include "record/curves.h"
 #include "record/report_parts.h"
 
@@ -62,18 +64,34 @@ void widen(double& low, double& high, double least) {
   high += air;
 }
 
-std::string path_of(const PlotCurve& curve, const Strip& strip) {
-  std::string path;
-  bool pen_down = false;
-  for (std::size_t i = 0; i < curve.time_s.size(); ++i) {
-    if (std::isnan(curve.value[i])) {
-      pen_down = false;
-      continue;
+/// A line through points, in tenths of the picture's units: steps are shorter to write than places.
+class Pen {
+ public:
+  void lift() { down_ = false; }
+  void go(double x, double y) {
+    const long to_x = std::lround(10.0 * x), to_y = std::lround(10.0 * y);
+    if (!down_) {
+      path_ += fmt::format("M{:g} {:g}", 0.1 * static_cast<double>(to_x), 0.1 * static_cast<double>(to_y));
+    } else if (to_x != x_ || to_y != y_) {
+      path_ += fmt::format("l{:g} {:g}", 0.1 * static_cast<double>(to_x - x_), 0.1 * static_cast<double>(to_y - y_));
     }
-    path += fmt::format("{}{:.1f} {:.1f}", pen_down ? "L" : "M", strip.x(curve.time_s[i]), strip.y(curve.value[i]));
-    pen_down = true;
+    x_ = to_x;
+    y_ = to_y;
+    down_ = true;
   }
-  return path;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  long x_ = 0, y_ = 0;
+  bool down_ = false;
+};
+
+std::string path_of(const PlotCurve& curve, const Strip& strip) {
+  Pen pen;
+  for (std::size_t i = 0; i < curve.time_s.size(); ++i)
+    std::isnan(curve.value[i]) ? pen.lift() : pen.go(strip.x(curve.time_s[i]), strip.y(curve.value[i]));
+  return pen.path();
 }
 
 void add_axes(std::string& svg, const Strip& strip, int rows, bool with_time) {
@@ -95,6 +113,27 @@ void add_axes(std::string& svg, const Strip& strip, int rows, bool with_time) {
   }
 }
 
+/// Dashed lines where steps begin, with their names, each as far as the room to the next one reaches.
+void add_steps(std::string& svg, const std::vector<StepMark>& steps, const Strip& strip) {
+  constexpr double kLetter = 6.0, kLeast = 24.0;
+  const double right = kWidth - kRight;
+  double free_from = kLeft;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const double x = strip.x(steps[i].time_s);
+    if (x < kLeft || x > right || x < free_from) continue;
+    double end = right;
+    for (std::size_t next = i + 1; next < steps.size() && end == right; ++next)
+      if (const double at = strip.x(steps[next].time_s); at >= x + kLeast) end = std::min(end, at);
+    svg +=
+        fmt::format(R"(<path d="M{:.1f} {}v{}" stroke="#98a2b3" stroke-dasharray="3 3"/>)", x, strip.top, strip.height);
+    const auto letters = static_cast<std::size_t>(std::max(0.0, (end - x - 4.0) / kLetter));
+    const std::string& name = steps[i].name;
+    svg += fmt::format(R"(<text x="{:.1f}" y="{:.1f}">{}<title>{}</title></text>)", x + 3.0, strip.top + 12.0,
+                       xml_text(name.size() <= letters ? name : std::string(cut_utf8(name, letters))), xml_text(name));
+    free_from = x + kLeast;
+  }
+}
+
 std::vector<Nanoseconds> to_nanoseconds(const std::vector<double>& seconds) {
   std::vector<Nanoseconds> times;
   for (const double s : seconds) times.push_back(static_cast<Nanoseconds>(std::llround(s * 1e9)));
@@ -103,7 +142,9 @@ std::vector<Nanoseconds> to_nanoseconds(const std::vector<double>& seconds) {
 
 /// The tube as the union of boxes around the reference: drawn as a broad line plus the freedom in value.
 void add_tube(std::string& svg, const ColumnComparison& c, const Strip& strip) {
-  if (c.tolerance.kind != ToleranceKind::kTube || c.tolerance.dv <= 0.0) return;
+  constexpr double kSeen = 0.4;  // half the width of a line: a narrower tube is not seen beside it
+  const double half = c.tolerance.dv / (strip.high - strip.low) * strip.height;
+  if (c.tolerance.kind != ToleranceKind::kTube || half < kSeen) return;
   const PlotCurve& b = c.curve_b.time_s.empty() ? c.curve_a : c.curve_b;
   const auto times = to_nanoseconds(b.time_s);
   const std::size_t count = times.size();
@@ -126,14 +167,16 @@ void add_tube(std::string& svg, const ColumnComparison& c, const Strip& strip) {
       ++start;
       continue;
     }
-    std::string upper, lower;
+    Pen pen;
+    std::vector<std::pair<double, double>> lower;
     std::size_t i = start;
     for (; i < count && !std::isnan(b.value[i]); ++i) {
       const auto [low, high] = bounds(i);
-      upper += fmt::format("{}{:.1f} {:.1f}", i == start ? "M" : "L", strip.x(b.time_s[i]), clipped(high));
-      lower.insert(0, fmt::format("L{:.1f} {:.1f}", strip.x(b.time_s[i]), clipped(low)));
+      pen.go(strip.x(b.time_s[i]), clipped(high));
+      lower.emplace_back(strip.x(b.time_s[i]), clipped(low));
     }
-    svg += fmt::format(R"(<path d="{}{}Z" fill="{}" fill-opacity="0.4"/>)", upper, lower, kColorTube);
+    for (auto at = lower.rbegin(); at != lower.rend(); ++at) pen.go(at->first, at->second);
+    svg += fmt::format(R"(<path d="{}Z" fill="{}" fill-opacity="0.4"/>)", pen.path(), kColorTube);
     start = i;
   }
 }
@@ -180,7 +223,7 @@ void add_legend(std::string& svg, bool has_b, bool tube) {
 
 }  // namespace
 
-std::string draw_column(const ColumnComparison& c) {
+std::string draw_column(const ColumnComparison& c, const std::vector<StepMark>& steps) {
   const bool has_b = !c.curve_b.time_s.empty();
   Strip strip{kTop, kCurveHeight, c.curve_a.time_s.front(), c.curve_a.time_s.back(), 0.0, 0.0};
   strip.low = std::numeric_limits<double>::infinity();
@@ -200,6 +243,7 @@ std::string draw_column(const ColumnComparison& c) {
       fmt::format(R"(<svg viewBox="0 0 {} {}" role="img" aria-label="curves over time">)", kWidth, height);
   add_legend(svg, has_b, tube);
   add_axes(svg, strip, 5, true);
+  add_steps(svg, steps, strip);
   if (has_b) {
     add_tube(svg, c, strip);
     svg +=

@@ -91,7 +91,8 @@ nlohmann::ordered_json to_json(const ColumnComparison& c) {
                               {"samples_outside", c.samples_outside}};
   if (!c.note.empty()) json["note"] = c.note;
   for (const FeatureDifference& f : c.features) {
-    json["features"].push_back({{"name", f.name}, {"a", number(f.a)}, {"b", number(f.b)}, {"passed", f.passed}});
+    json["features"].push_back(
+        {{"name", f.name}, {"a", number(f.a)}, {"b", number(f.b)}, {"judged", f.judged}, {"passed", f.passed}});
   }
   return json;
 }

@@ -11,6 +11,7 @@
 #include "foxglove/FrameTransforms.pb.h"
 #include "foxglove/JointStates.pb.h"
 #include "foxglove/Log.pb.h"
+#include "foxglove/SceneUpdate.pb.h"
 #include "takt/Digest.pb.h"
 #include "takt/Event.pb.h"
 #include "takt/SimState.pb.h"
@@ -59,6 +60,7 @@ std::string identifier(std::string_view text, std::string_view fallback) {
 Schema known_schema(std::string_view name) {
   if (name == kJointStatesSchema) return schema_of<foxglove::JointStates>();
   if (name == kFrameTransformsSchema) return schema_of<foxglove::FrameTransforms>();
+  if (name == kSceneUpdateSchema) return schema_of<foxglove::SceneUpdate>();
   if (name == kLogSchema) return schema_of<foxglove::Log>();
   if (name == kWrenchSchema) return schema_of<takt::Wrench>();
   if (name == kSimStateSchema) return schema_of<takt::SimState>();

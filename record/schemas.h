@@ -16,6 +16,7 @@ struct Schema {
 /// The messages whose shape this project knows; the names are those of the .proto files.
 inline constexpr std::string_view kJointStatesSchema = "foxglove.JointStates";
 inline constexpr std::string_view kFrameTransformsSchema = "foxglove.FrameTransforms";
+inline constexpr std::string_view kSceneUpdateSchema = "foxglove.SceneUpdate";
 inline constexpr std::string_view kLogSchema = "foxglove.Log";
 inline constexpr std::string_view kWrenchSchema = "takt.Wrench";
 inline constexpr std::string_view kSimStateSchema = "takt.SimState";

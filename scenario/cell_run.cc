@@ -159,7 +159,7 @@ bool CellRun::look_at_contacts() {
   const auto contacts = built_.world->take_contacts();
   contact_log_.look(contacts, [this](auto name, const auto& text) { note("contact", name, text); });
   if (film_) film_->touched(contacts);
-  if (recorder_) recorder_->add_contacts(contacts);
+  if (recorder_) recorder_->add_contacts(contacts, variables_.biases);
   const auto where = [this] { return where_ ? where_() : std::string(); };
   fault_watch_.look(contact_log_, where,
                     [this](auto source, auto name, const auto& text) { note(source, name, text); });
@@ -285,11 +285,13 @@ void CellRun::step_begun(std::string_view name) {
 
 void CellRun::close_recording() {
   if (!recorder_) return;
+  const Clock::time_point begin = Clock::now();
   const record::RecorderStatus status = recorder_->close();
+  report_.wall_time += Stopwatch::seconds_since(begin);
   if (report_.realtime) report_.realtime->cycles_not_recorded = static_cast<std::int64_t>(status.dropped_cycles);
   if (!status.error.empty())
     report_.diagnostics.error(Code::kFileNotWritable, {}, "the recording stopped: " + status.error);
-  report_.products.push_back(options_.record.string());
+  if (!status.removed) report_.products.push_back(options_.record.string());
 }
 
 /// What failed, for a second more, in the film alone: everything brakes, and who watches can read why. Nothing of it is
@@ -337,7 +339,6 @@ void CellRun::tell_end(bool interrupted) {
 
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
   tell_end(interrupted);
-  close_recording();
   report_.log = log_.entries();
   report_.log_omitted = log_.omitted();
   report_.wall_time = Stopwatch::seconds_since(start_);
@@ -355,6 +356,8 @@ RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& 
   }
   const bool whole = !interrupted && !report_.diagnostics.has_errors();
   const bool held = judge(whole ? run_again : std::function<std::string()>());
+  if (recorder_ && !held) recorder_->keep();
+  close_recording();
   film_aftermath(interrupted);
   close_film();
   if (interrupted) {

@@ -302,10 +302,17 @@ std::vector<record::ToleranceRule> read_golden(const Json& json, const std::stri
     const std::string kind = reader.choice("kind", kKinds, "tube");
     rule.tolerance.kind = static_cast<Kind>(std::ranges::find(kKinds, kind) - kKinds.begin());
     const bool has_width = rule.tolerance.kind == Kind::kTube || rule.tolerance.kind == Kind::kFeatures;
-    if (has_width) rule.tolerance.dv = reader.number("dv", {}, kNotNegative);
-    if (rule.tolerance.kind == Kind::kTube) {
+    if (has_width) {
+      rule.tolerance.dv = reader.number("dv", {}, kNotNegative);
       const double window = reader.number("dt_s", to_seconds(rule.tolerance.dt), {.low = 0.0, .high = 10.0});
       rule.tolerance.dt = static_cast<Nanoseconds>(std::llround(1e9 * window));
+    }
+    if (rule.tolerance.kind == Kind::kFeatures && reader.has("features")) {
+      rule.tolerance.features.reset();
+      const std::vector<std::string> names = reader.texts("features");
+      for (std::size_t k = 0; k < names.size(); ++k)
+        record::judge_feature(names[k], reader.at("features") + pointer_segment(k), rule.tolerance.features,
+                              diagnostics);
     }
     reader.finish();
     rules.push_back(std::move(rule));

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <iterator>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -22,12 +23,13 @@ constexpr int kStill = 50;        ///< cycles after which what stands counts as 
 constexpr int kLongWatch = 17;    ///< one case in so many is watched to the end of its time; prime: in all ways
 constexpr double kSlow = 0.01;    ///< of the speed of a joint: what holds a force may follow a surface in a pause
 constexpr std::size_t kMostFailures = 20;
+constexpr int kAfterFault = 3000;  ///< cycles: a program that handles the fault is cancelled then
 
 }  // namespace
 
 std::string_view Interruptions::name_of(Way way) {
-  static constexpr std::array<std::string_view, kWays> kNames = {
-      "cancel", "pause", "abort", "stop of category 0", "stop of category 1", "stop of category 2"};
+  static constexpr std::array<std::string_view, kWays + 1> kNames = {
+      "cancel", "pause", "abort", "stop of category 0", "stop of category 1", "stop of category 2", "fault"};
   return kNames[static_cast<std::size_t>(way)];
 }
 
@@ -101,6 +103,8 @@ void Interruptions::act(Operator& panel, std::int64_t cycle) {
     case Way::kAbort:
       if (now) panel.abort();
       return;
+    case Way::kFault:
+      return fault(panel, cycle);
     case Way::kStop0:
     case Way::kStop1:
     case Way::kStop2:
@@ -109,6 +113,17 @@ void Interruptions::act(Operator& panel, std::int64_t cycle) {
           static_cast<device::StopCategory>(static_cast<int>(way_) - static_cast<int>(Way::kStop0)));
       built_->emergency_stop->set_healthy(false);
   }
+}
+
+/// Which arm, and how it stops, follows from how often it has been tried.
+void Interruptions::fault(Operator& panel, std::int64_t cycle) {
+  if (cycle == at_ + kAfterFault) panel.cancel();
+  if (cycle != at_ || built_->cell.arms.empty()) return;
+  const auto turn = static_cast<std::size_t>(tried_);
+  const auto arm = std::next(built_->cell.arms.begin(), static_cast<std::ptrdiff_t>(turn % built_->cell.arms.size()));
+  constexpr std::size_t kCategories = 3;
+  if (sim::SimArm* machine = built_->world->arm(arm->first))
+    machine->stop(static_cast<device::StopCategory>(turn / built_->cell.arms.size() % kCategories));
 }
 
 /// A pause ends when everything has stood for a while; the run goes on, and is cancelled, or comes to its end.
@@ -158,8 +173,17 @@ void Interruptions::watch(const BuiltCell& built) {
   }
 }
 
+/// A machine that has stopped by itself follows no set point: it is judged by how fast it is.
+bool Interruptions::rests(const device::Arm& arm) const {
+  if (way_ != Way::kFault || arm.sample().fault == 0) return arm.at_rest();
+  const device::JointVector& dq = arm.sample().dq;
+  return dq.size() == 0 || (dq.cwiseQuotient(arm.description().limits.velocity)).cwiseAbs().maxCoeff() < kSlow;
+}
+
 void Interruptions::come_to_rest(const BuiltCell& built) {
-  const auto rests = [](const auto& entry) { return entry.second.device->at_rest() && !entry.second.device->held(); };
+  const auto rests = [this](const auto& entry) {
+    return this->rests(*entry.second.device) && !entry.second.device->held();
+  };
   for (int i = braking_cycles(built); i > 0 && !std::ranges::all_of(built.cell.arms, rests); --i) {
     built.core->step();
     if (!built.world->step()) return complain("the physics diverged");
@@ -171,12 +195,13 @@ void Interruptions::complain(const std::string& what) { complaints_ += complaint
 
 void Interruptions::answer_after(const command::Cell& cell, Nanoseconds period, const RunReport& report) {
   constexpr double kSoon = 6.0;  // s; what is cancelled brakes, and its program may say something yet
-  const double told = to_seconds(period) * static_cast<double>(at_ + paused_cycles());
+  const std::int64_t given = way_ == Way::kFault ? kAfterFault : paused_cycles();
+  const double told = to_seconds(period) * static_cast<double>(at_ + given);
   const bool goes_on = way_ == Way::kPause && long_watch_;
   if (!goes_on && report.sim_time > told + kSoon)
     complain(fmt::format("the program ends only at {:.3f} s", report.sim_time));
   for (const auto& [name, arm] : cell.arms) {
-    if (!arm.device->at_rest()) complain(fmt::format("'{}' moves after the end", name));
+    if (!rests(*arm.device)) complain(fmt::format("'{}' moves after the end", name));
     if (arm.device->held()) complain(fmt::format("'{}' is held after the end", name));
   }
   answer();

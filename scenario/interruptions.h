@@ -22,8 +22,10 @@ namespace takt::scenario {
 /// Thread: the one that steps the core. Realtime: setup.
 class Interruptions {
  public:
-  enum class Way { kCancel, kPause, kAbort, kStop0, kStop1, kStop2 };
-  static constexpr int kWays = 6;
+  /// kFault: an arm stops by itself, the arms and the categories of stops in turn; a program that goes on after that is
+  /// cancelled three seconds later.
+  enum class Way { kCancel, kPause, kAbort, kStop0, kStop1, kStop2, kFault };
+  static constexpr int kWays = 6;  ///< of people: the first of them
   [[nodiscard]] static std::string_view name_of(Way way);
 
   struct Plan {
@@ -73,7 +75,9 @@ class Interruptions {
   void hear(int from, int pid);
   void act(Operator& panel, std::int64_t cycle);
   void pause(Operator& panel, std::int64_t cycle);
+  void fault(Operator& panel, std::int64_t cycle);
   [[nodiscard]] std::string faster_than(double most) const;
+  [[nodiscard]] bool rests(const device::Arm& arm) const;
 
   Plan plan_;
   std::int64_t points_ = 0;

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
 #include "record/recording.h"
+#include "record/schemas.h"
 #include "scenario/recorded_models.h"
+#include "scenario/scene_message.h"
 
 namespace takt::scenario {
 namespace {
@@ -52,6 +55,14 @@ std::vector<std::string> words_of(Enum last) {
   return words;
 }
 
+/// The frame of a sensor's readings as "/tf" names it: a link of the sensor, or for an arm's own forces its flange.
+std::string wrench_frame(const BuiltCell& built, const std::string& name, const command::MountedSensor& sensor) {
+  std::string link = name + "/" + sensor.device->description().measuring_link;
+  if (built.world->body(link) >= 0) return link;
+  const auto arm = built.cell.arms.find(sensor.arm);
+  return arm == built.cell.arms.end() ? name : arm->first + "/" + arm->second.device->description().flange_link;
+}
+
 }  // namespace
 
 std::string device_topic(const std::string& device) {
@@ -65,12 +76,15 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
                                                        const RunOptions& run) {
   record::RecorderOptions options;
   if (run.realtime) options.policy = record::FullPolicy::kDrop;
+  options.keep_last = static_cast<Nanoseconds>(std::llround(1e9 * run.record_last));
   options.metadata = {{"scenario", description.file.filename().string()},
                       {"title", description.title},
                       {"seed", std::to_string(description.seed)},
                       {"devices", to_text(built.site->realities())}};
   options.fingerprint = record::fingerprint({{"mujoco", mj_versionString()}});
   options.attachments.push_back({"scenario.json", "application/json", description.text});
+  if (!description.site.text.empty())
+    options.attachments.push_back({"site.json", "application/json", description.site.text});
   if (built.library) {
     for (record::Attachment& attachment : model_attachments(description, *built.library))
       options.attachments.push_back(std::move(attachment));
@@ -98,7 +112,9 @@ void RunRecorder::add_channels() {
                                              {"braked", {"no", "yes"}}})});
   }
   for (const auto& [name, sensor] : built_.cell.sensors) {
-    sensors_.push_back({&sensor, recorder_->add_wrench(device_topic(name) + "/wrench", name)});
+    const std::string frame = wrench_frame(built_, name, sensor);
+    sensors_.push_back({&sensor, recorder_->add_wrench(device_topic(name) + "/wrench", frame),
+                        recorder_->add_wrench(device_topic(name) + "/contact_wrench", frame), name});
   }
   for (const auto& [name, gripper] : built_.cell.grippers) {
     grippers_.push_back(
@@ -117,6 +133,8 @@ void RunRecorder::add_channels() {
   poses_.resize(bodies_.size());
   transforms_ = recorder_->add_transforms("/tf", std::move(frames));
   add_object_channel(model);
+  if (std::string scene = scene_message(model); !scene.empty())
+    recorder_->add_constant("/scene", record::kSceneUpdateSchema, std::move(scene));
   digest_ = recorder_->add_digest("/digest");
   state_ = recorder_->add_state("/state", position_names(model));
   events_ = recorder_->add_events("/program");
@@ -205,12 +223,26 @@ void RunRecorder::add_cycle() {
   if (!free_bodies_.empty()) recorder_->write_transforms(objects_, free_poses_);
 }
 
-void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts) {
+void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts, const command::Biases& biases) {
   contacts_since_.add(contacts);
   const std::int64_t cycle = built_.core->cycle();
   if (cycle - contacts_cycle_ < kPoseCycles) return;
   contacts_cycle_ = cycle;
+  recorder_->begin_cycle(built_.core->time(), static_cast<std::uint64_t>(cycle));
   write_contacts();
+  write_contact_wrenches(biases);
+}
+
+void RunRecorder::write_contact_wrenches(const command::Biases& biases) {
+  constexpr double kNull = std::numeric_limits<double>::quiet_NaN();
+  for (const SensorChannel& channel : sensors_) {
+    std::array<double, 6> row{kNull, kNull, kNull, kNull, kNull, kNull};
+    if (const auto felt = contact_wrench(built_.cell, channel.name, biases).now()) {
+      std::copy_n(felt->force.data(), 3, row.begin());
+      std::copy_n(felt->torque.data(), 3, row.begin() + 3);
+    }
+    recorder_->write(channel.contact, row);
+  }
 }
 
 void RunRecorder::write_contacts() {
@@ -221,7 +253,6 @@ void RunRecorder::write_contacts() {
     std::copy_n(forces[i].point_W.data(), 3, row.begin() + static_cast<std::ptrdiff_t>(6 * i));
     std::copy_n(forces[i].force_W.data(), 3, row.begin() + static_cast<std::ptrdiff_t>(6 * i + 3));
   }
-  recorder_->begin_cycle(built_.core->time(), static_cast<std::uint64_t>(built_.core->cycle()));
   recorder_->write(forces_, row);
 }
 
@@ -233,6 +264,7 @@ void RunRecorder::add_event(const LogEntry& entry) {
   std::string line = fmt::format("{}{}{}", entry.name, entry.text.empty() ? "" : ": ", entry.text);
   if (!entry.step.empty()) line += fmt::format(" [{}]", entry.step);
   recorder_->log(log_, entry.level, entry.source, line);
+  if (entry.level >= LogLevel::kError) recorder_->keep();
 }
 
 }  // namespace takt::scenario

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/expression/device_sensors.h"
 #include "record/recorder.h"
 #include "scenario/cell_builder.h"
 #include "scenario/contact_forces.h"
@@ -34,8 +35,11 @@ class RunRecorder {
   /// After each cycle. Realtime: cyclic.
   void add_cycle();
   void add_event(const LogEntry& entry);
-  /// What machines touched since the last call: fifty times a second the greatest forces since the time before.
-  void add_contacts(std::span<const sim::BodyContact> contacts);
+  /// Between cycles: what machines touched since the last call, of which the greatest forces since the time before are
+  /// recorded fifty times a second; and as often the wrenches without weight and tared bias.
+  void add_contacts(std::span<const sim::BodyContact> contacts, const command::Biases& biases);
+  /// With RunOptions::record_last: what was recorded last is to be written.
+  void keep() { recorder_->keep(); }
   [[nodiscard]] record::RecorderStatus close() { return recorder_->close(); }
 
  private:
@@ -45,7 +49,8 @@ class RunRecorder {
   };
   struct SensorChannel {
     const command::MountedSensor* sensor;
-    record::ChannelId wrench;
+    record::ChannelId wrench, contact;
+    std::string name;
   };
   struct GripperChannel {
     const command::MountedGripper* gripper;
@@ -57,6 +62,7 @@ class RunRecorder {
   void add_signal_channel();
   void write_devices();
   void write_contacts();
+  void write_contact_wrenches(const command::Biases& biases);
   void write_blocks();
 
   std::unique_ptr<record::Recorder> recorder_;

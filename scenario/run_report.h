@@ -45,6 +45,7 @@ struct RunOptions {
   std::optional<std::vector<std::string>> show;               ///< marks of the film, instead of the file's
   int width = 1280, height = 720, fps = 25;
   std::filesystem::path record;  ///< MCAP file; empty = none
+  double record_last = 0.0;      ///< s: only so much is kept, and written if something goes wrong; 0: all
   bool measure_times = true;
   bool realtime = false;  ///< at most as fast as the wall clock; what is late is counted, and not caught up
   /// In lock-step: a cycle that takes longer ends the process with status 3 and the name of what is stuck (row L7); 0:

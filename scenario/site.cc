@@ -181,6 +181,7 @@ Result<Site> read_site(const std::filesystem::path& file) {
     site.error().set_file(file.string());
     return site;
   }
+  site->text = *text;
   for (auto& [name, binding] : site->devices) binding.file = file.string();
   return site;
 }

@@ -49,6 +49,7 @@ using ArmGroups = std::set<std::set<std::string, std::less<>>>;
 /// not named are simulated.
 struct Site {
   std::map<std::string, Binding, std::less<>> devices;
+  std::string text = {};  ///< of the file; empty: there is none
   /// Arms that cooperate are made as late as the slowest of them, so that they are together at their flanges (row T3).
   bool pad_delays = true;
   /// Share of the planned speed with which a run begins. Null: all of it, but kFirstSpeed where hardware moves.

@@ -195,7 +195,8 @@ void SceneTriangles::fill(const mjModel_* model, const mjData_* data, const mjvS
                      .casts_shadow = geom.castshadow != 0 && geom.type != mjGEOM_PLANE && geom.category != mjCAT_DECOR,
                      .transparent = geom.rgba[3] < 0.996f,
                      .is_floor = endless,
-                     .on_top = geom.segid == kOnTopSegment});
+                     .on_top = geom.segid == kOnTopSegment,
+                     .model_geom = geom.objtype == mjOBJ_GEOM ? geom.objid : -1});
     // MuJoCo puts an endless plane below the camera of the picture before; ours stays where the model has it.
     const Vector3f origin =
         endless ? Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + 3 * geom.objid).cast<float>() : vec(geom.pos);

@@ -32,6 +32,7 @@ struct SceneGeom {
   bool transparent = false;
   bool is_floor = false;
   bool on_top = false;  ///< drawn over whatever would hide it
+  int model_geom = -1;  ///< its number in the model; negative: it is none of it
 };
 
 /// All geoms of a mjvScene as one list of triangles in world coordinates: the scenes are small, so moving the corners

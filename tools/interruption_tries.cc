@@ -18,7 +18,8 @@ using Way = Interruptions::Way;
 
 /// The cycles of all ways are multiples of this.
 std::int64_t common_cycles(const InterruptionArguments& arguments) {
-  return std::gcd(std::gcd(arguments.cancel_every, arguments.pause_every), arguments.abort_every);
+  return std::gcd(std::gcd(arguments.cancel_every, arguments.pause_every),
+                  std::gcd(arguments.abort_every, arguments.fault_every));
 }
 
 std::vector<Way> ways_at(std::int64_t cycle, const InterruptionArguments& arguments, InterruptionTries& tries) {
@@ -31,6 +32,7 @@ std::vector<Way> ways_at(std::int64_t cycle, const InterruptionArguments& argume
   add(Way::kCancel, arguments.cancel_every, tries.cancels);
   add(Way::kPause, arguments.pause_every, tries.pauses);
   add(Way::kAbort, arguments.abort_every, tries.aborts);
+  add(Way::kFault, arguments.fault_every, tries.faults);
   return ways;
 }
 
@@ -45,6 +47,7 @@ void add_interruption_options(CLI::App& verb, InterruptionArguments& arguments) 
   add("--cancel-every", arguments.cancel_every, "cancelled");
   add("--pause-every", arguments.pause_every, "paused and resumed");
   add("--abort-every", arguments.abort_every, "aborted");
+  add("--fault-every", arguments.fault_every, "met by a fault of an arm");
 }
 
 InterruptionTries try_interruptions(const std::filesystem::path& file, const InterruptionArguments& arguments,
@@ -74,14 +77,19 @@ InterruptionTries try_interruptions(const std::filesystem::path& file, const Int
 }
 
 nlohmann::ordered_json to_json(const InterruptionTries& tries) {
-  return {{"held", tries.held()},   {"cancels", tries.cancels},   {"pauses", tries.pauses},
-          {"aborts", tries.aborts}, {"failures", tries.failures}, {"diagnostics", to_json(tries.diagnostics)}};
+  return {{"held", tries.held()},
+          {"cancels", tries.cancels},
+          {"pauses", tries.pauses},
+          {"aborts", tries.aborts},
+          {"faults", tries.faults},
+          {"failures", tries.failures},
+          {"diagnostics", to_json(tries.diagnostics)}};
 }
 
 std::string to_text(const InterruptionTries& tries) {
   std::string counts;
   const std::pair<int, const char*> rows[] = {
-      {tries.cancels, "cancels"}, {tries.pauses, "pauses"}, {tries.aborts, "aborts"}};
+      {tries.cancels, "cancels"}, {tries.pauses, "pauses"}, {tries.aborts, "aborts"}, {tries.faults, "faults"}};
   for (const auto& [count, what] : rows)
     if (count > 0) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, what);
   std::string text = fmt::format("  {} {:<28} {}\n", tries.held() ? "ok  " : "FAIL", "interruptions", counts);

@@ -11,9 +11,9 @@ namespace takt::tools {
 
 /// At which cycles a verified scenario is interrupted; 0: never.
 struct InterruptionArguments {
-  std::int64_t cancel_every = 0, pause_every = 0, abort_every = 0;
+  std::int64_t cancel_every = 0, pause_every = 0, abort_every = 0, fault_every = 0;
 
-  [[nodiscard]] bool any() const { return cancel_every > 0 || pause_every > 0 || abort_every > 0; }
+  [[nodiscard]] bool any() const { return cancel_every > 0 || pause_every > 0 || abort_every > 0 || fault_every > 0; }
 };
 
 /// Adds the options to the verb; `arguments` outlives it.
@@ -21,7 +21,7 @@ void add_interruption_options(CLI::App& verb, InterruptionArguments& arguments);
 
 /// What came of it.
 struct InterruptionTries {
-  int cancels = 0, pauses = 0, aborts = 0;
+  int cancels = 0, pauses = 0, aborts = 0, faults = 0;
   std::vector<std::string> failures;  ///< "cancel in cycle 1200: ..."
   Diagnostics diagnostics;            ///< why it could not be tried
 

@@ -9,6 +9,7 @@
 #include "tools/cli.h"
 #include "tools/import/import_object.h"
 #include "tools/import/import_robot.h"
+#include "tools/new_device.h"
 #include "tools/new_scenario.h"
 
 namespace takt::tools {
@@ -88,7 +89,7 @@ int new_object(const ObjectOptions& options, const Common& common) {
 void add_object_options(CLI::App& verb, ObjectOptions& object) {
   verb.add_option("--mesh", object.mesh, "Of an object: its surface, .stl, .obj or .dae")->type_name("FILE");
   verb.add_option("--scale", object.scale, "Length of one unit of the mesh, m; default: 1")->type_name("M");
-  auto* mass = verb.add_option("--mass", object.mass, "Of the object")->type_name("KG");
+  auto* mass = verb.add_option("--mass", object.mass, "Of the object, tool or gripper")->type_name("KG");
   verb.add_option("--density", object.density, "In place of a mass, kg/m3; default: 1000")
       ->type_name("D")
       ->excludes(mass);
@@ -112,6 +113,26 @@ int make_scenario(const ImportOptions& options, const std::string& arm, const Co
   return kHeld;
 }
 
+int make_device(const std::string& what, const DeviceOptions& options, const Common& common) {
+  const auto folder = what == "tool" ? new_tool(options) : new_gripper(options);
+  if (!folder) return report(folder.error(), common);
+  if (common.json) {
+    print({{"result", "made"}, {"folder", folder->string()}});
+    return kHeld;
+  }
+  fmt::print("{}\nnext:\n  takt validate {}/device.json\n", folder->string(), folder->string());
+  fmt::print("  takt model {0} --models {1} --image {0}.png\n", options.name, options.out.string());
+  fmt::print("  \"{0}\": {{\"model\": \"{0}\", \"on\": \"arm\"}} in \"devices\" of a scenario\n", options.name);
+  return kHeld;
+}
+
+void add_device_options(CLI::App& verb, DeviceOptions& device) {
+  verb.add_option("--length", device.length_m, "Of a tool or gripper, from the mounting face to the tip; default: 0.15")
+      ->type_name("M");
+  verb.add_option("--stroke", device.stroke_m, "Of a gripper: between the open fingers; default: 0.1")->type_name("M");
+  verb.add_option("--force", device.force_N, "Of a gripper: the largest grasping force; default: 100")->type_name("N");
+}
+
 }  // namespace
 
 std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
@@ -119,11 +140,12 @@ std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
   auto object = std::make_shared<ObjectOptions>();
   auto what = std::make_shared<std::string>();
   auto arm = std::make_shared<std::string>(ScenarioOptions{}.arm);
-  CLI::App* verb = app.add_subcommand(
-      "new", "Make a model folder from a foreign URDF, or of a thing from its mesh; a scenario to begin with");
-  verb->add_option("WHAT", *what, "robot, object or scenario")
+  CLI::App* verb = app.add_subcommand("new",
+                                      "Make a model folder from a foreign URDF, or of a thing from its mesh; a tool, a "
+                                      "gripper, a scenario to begin with");
+  verb->add_option("WHAT", *what, "robot, object, tool, gripper or scenario")
       ->required()
-      ->check(CLI::IsMember({"robot", "object", "scenario"}));
+      ->check(CLI::IsMember({"robot", "object", "tool", "gripper", "scenario"}));
   verb->add_option("NAME", options->name, "Name of the model: a-z, 0-9, _; of the scenario file without .json")
       ->required();
   verb->add_option("--urdf", options->urdf, "Of a robot: the URDF or xacro file to start from")->type_name("FILE");
@@ -139,10 +161,19 @@ std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
   verb->add_option("--flange", options->flange, "Link at the face of the flange; default: guessed")->type_name("LINK");
   verb->add_option("--title", options->title, "Title for people")->type_name("TEXT");
   add_object_options(*verb, *object);
-  return {verb, [options, object, what, arm, &common] {
+  auto device = std::make_shared<DeviceOptions>();
+  add_device_options(*verb, *device);
+  return {verb, [options, object, device, what, arm, &common] {
             if (*what == "scenario") return make_scenario(*options, *arm, common);
             if (options->out.empty()) options->out = "models";
             if (*what == "robot") return new_robot(*options, common);
+            if (*what == "tool" || *what == "gripper") {
+              device->name = options->name;
+              device->out = options->out;
+              device->title = options->title;
+              device->mass_kg = object->mass.value_or(device->mass_kg);
+              return make_device(*what, *device, common);
+            }
             object->name = options->name;
             object->out = options->out;
             object->title = options->title;

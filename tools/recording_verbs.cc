@@ -7,6 +7,7 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "core/base/json.h"
 #include "core/base/output_file.h"
 #include "core/base/text_location.h"
 #include "record/compare.h"
@@ -23,7 +24,7 @@ namespace {
 
 struct CompareArguments {
   std::string a, b, html;
-  bool quick = false;
+  bool quick = false, films = false;
 };
 
 bool is_golden(const std::string& file) { return file.ends_with(".json"); }
@@ -49,6 +50,26 @@ std::vector<record::ToleranceRule> recorded_rules(const std::string& file) {
   return description ? description->tolerances : std::vector<record::ToleranceRule>();
 }
 
+/// Of a curve in the report: two for each column of pixels of a small screen.
+constexpr std::size_t kReportPoints = 500;
+
+/// A small film of a recording, for the report; what is wrong becomes a note.
+std::string film_of(const std::string& recording, const Common& common, record::Comparison& comparison) {
+  const auto file = TemporaryFile::create(".mp4");
+  if (!file) return {};
+  scenario::ReplayOptions options;
+  options.video = file->path();
+  options.width = 320;
+  options.height = 180;
+  options.fps = 5;
+  const auto frames = scenario::render_recording(recording, common.library(), options);
+  constexpr std::size_t kMost = std::size_t{16} << 20;
+  auto film = frames ? read_file(file->path(), kMost) : Result<std::string>(std::unexpected(frames.error()));
+  if (film) return std::move(*film);
+  for (const Diagnostic& diagnostic : film.error().list()) comparison.notes.push_back(to_string(diagnostic));
+  return {};
+}
+
 int compare(const CompareArguments& arguments, const Common& common) {
   if (is_golden(arguments.a)) {
     Diagnostics diagnostics;
@@ -56,15 +77,25 @@ int compare(const CompareArguments& arguments, const Common& common) {
         {Severity::kError, Code::kUsage, arguments.a, {}, "the first file is a golden", "compare RECORDING GOLDEN"});
     return report(diagnostics, common);
   }
+  if (arguments.films && arguments.html.empty()) {
+    Diagnostics diagnostics;
+    diagnostics.error(Code::kRequires, "--films", "films are parts of the report", "--report OUT.html");
+    return report(diagnostics, common);
+  }
   if (!arguments.html.empty()) {
     const Diagnostics diagnostics = check_output(arguments.html, {arguments.a, arguments.b}, "--report");
     if (diagnostics.has_errors()) return report(diagnostics, common);
   }
-  auto comparison = is_golden(arguments.b)
-                        ? record::verify(arguments.a, arguments.b)
-                        : record::compare_recordings(arguments.a, arguments.b, {.rules = recorded_rules(arguments.b)});
+  auto comparison = is_golden(arguments.b) ? record::verify(arguments.a, arguments.b)
+                                           : record::compare_recordings(
+                                                 arguments.a, arguments.b,
+                                                 {.rules = recorded_rules(arguments.b), .plot_points = kReportPoints});
   if (!comparison) return report(comparison.error(), common);
   if (comparison->first_difference && !arguments.quick) name_bit(arguments, common, *comparison);
+  if (arguments.films) {
+    comparison->film_a = film_of(arguments.a, common, *comparison);
+    if (!is_golden(arguments.b)) comparison->film_b = film_of(arguments.b, common, *comparison);
+  }
   if (!arguments.html.empty()) {
     const auto written = record::write_report(*comparison, arguments.html);
     if (!written) return report(written.error(), common);
@@ -173,6 +204,7 @@ std::pair<CLI::App*, Verb> add_compare(CLI::App& app, Common& common) {
   verb->add_option("A", arguments->a, "Recording (MCAP)")->required();
   verb->add_option("B", arguments->b, "Recording (MCAP) or golden (JSON)")->required();
   verb->add_option("--report", arguments->html, "Page with the curves")->type_name("OUT.html");
+  verb->add_flag("--films", arguments->films, "The report has small films of both, side by side");
   verb->add_flag("--quick", arguments->quick, "Do not run both again to name the first bit that differs");
   return {verb, [arguments, &common] { return compare(*arguments, common); }};
 }

@@ -55,6 +55,22 @@ def without_lines(diagnostic):
     return re.sub(r"json:\d+:\d+:", "json:", diagnostic).strip()
 
 
+class Search(unittest.TestCase):
+    def test_one_file_has_every_section_and_every_link_leads_somewhere(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "docs.html"
+            subprocess.run(["/usr/bin/python3", "-B", str(ROOT / "docs/make_search.py"), str(out)], check=True)
+            page = out.read_text()
+        ids, links = set(re.findall(r'id="([^"]+)"', page)), set(re.findall(r'href="#([^"]+)"', page))
+        self.assertEqual(links - ids, set())
+        self.assertGreater(len(links), 100)
+        for file in (ROOT / "docs").rglob("*.md"):
+            self.assertIn(f'id="{file.relative_to(ROOT / "docs").as_posix().replace("/", "-").removesuffix(".md")}"', page)
+        self.assertNotRegex(page, r'<(script|link|img)[^>]*(src|href)="(http|//)', "nothing is loaded from elsewhere")
+        section = re.search(r'<section id="film-failures">.*?</section>', page, re.DOTALL).group(0)
+        self.assertIn("a second longer", section)
+
+
 class Generated(unittest.TestCase):
     def test_the_reference_of_scenario_files_is_what_the_script_prints(self):
         printed = subprocess.run([sys.executable, "-B", str(ROOT / "schemas/make_reference.py")], capture_output=True, text=True, check=True)

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/base/random.h"
@@ -127,10 +129,12 @@ TEST(Compare, EveryClassOfToleranceJudgesItsOwnWay) {
   EXPECT_TRUE(judged_by(ToleranceKind::kFeatures, 0.1).passed);
   const ColumnComparison peak = judged_by(ToleranceKind::kFeatures, 1.0);
   EXPECT_FALSE(peak.passed);
-  ASSERT_EQ(peak.features.size(), 4u);
+  ASSERT_EQ(peak.features.size(), kFeatureCount);
   EXPECT_EQ(peak.features[0].name, "max");
   EXPECT_FALSE(peak.features[0].passed);
   EXPECT_TRUE(peak.features[3].passed);
+  EXPECT_TRUE(peak.features[4].passed) << "reported, not judged";
+  EXPECT_FALSE(peak.features[4].judged);
 }
 
 TEST(Compare, NullAgainstAValueIsNeverClose) {
@@ -230,7 +234,125 @@ TEST(Compare, JsonHoldsTheVerdict) {
   const auto json = to_json(compare(run(200, [](std::uint64_t k) { return k > 90 ? 0.2 : 0.0; }), run(200)));
   EXPECT_FALSE(json.at("passed"));
   EXPECT_EQ(json.at("first_difference").at("cycle"), 91);
-  EXPECT_EQ(json.at("columns").size(), 3 + 9 + 14 + 6 + 3 + 3u);
+  EXPECT_EQ(json.at("columns").size(), 3 + 9 + 8 + 6 + 3 + 3u) << "an orientation is one column";
+}
+
+/// A run of 100 cycles whose frame is turned by `angle` about z, and told as q or -q.
+Recording turned(const std::function<double(int)>& angle, double sign = 1.0) {
+  TestFolder folder("turned");
+  auto recorder = Recorder::open(folder / "a.mcap").value();
+  const ChannelId frames = recorder->add_transforms("/tf", {{"world", "part"}});
+  for (int k = 0; k < 100; ++k) {
+    recorder->begin_cycle(k * 20 * kMillisecond, static_cast<std::uint64_t>(20 * k));
+    const double half = angle(k) / 2;
+    recorder->write(frames, std::vector<double>{0, 0, 0, sign * std::cos(half), 0, 0, sign * std::sin(half)});
+  }
+  recorder->close();
+  return Recording::open(folder / "a.mcap").value();
+}
+
+TEST(Compare, OrientationsAreComparedAsAngles) {
+  const auto slow = [](int k) { return 0.01 * k; };
+  const auto judged = [&](const Recording& a, double dv, Nanoseconds dt = 0) {
+    CompareOptions options;
+    options.rules = {{"/tf", "part.rotation", {.kind = ToleranceKind::kTube, .dt = dt, .dv = dv}}};
+    return column(compare(a, turned(slow), options), "/tf", "part.rotation");
+  };
+  EXPECT_EQ(judged(turned(slow), 0.0).max_deviation, 0.0);
+  EXPECT_LT(judged(turned(slow, -1.0), 1e-9).max_deviation, 1e-9) << "q and -q are the same orientation";
+  const Recording off = turned([&](int k) { return slow(k) + (k == 40 ? 0.05 : 0.0); });
+  EXPECT_TRUE(judged(off, 0.0501).passed);
+  const ColumnComparison outside = judged(off, 0.0499);
+  EXPECT_FALSE(outside.passed);
+  EXPECT_EQ(outside.unit, "rad");
+  EXPECT_NEAR(outside.max_deviation, 0.05, 1e-9);
+  EXPECT_EQ(outside.time, 800 * kMillisecond);
+  // Two samples late is 0.02 rad off at equal times, and nothing within the freedom in time.
+  const Recording late = turned([&](int k) { return slow(std::max(0, k - 2)); });
+  EXPECT_NEAR(judged(late, 0.1).max_deviation, 0.02, 1e-9);
+  EXPECT_LT(judged(late, 0.1, 40 * kMillisecond).max_deviation, 1e-9);
+  EXPECT_NEAR(judged(late, 0.1, 40 * kMillisecond).max_difference, 0.02, 1e-9);
+  CompareOptions one_at_a_time;
+  one_at_a_time.values_at_a_time = 5 * 200;
+  EXPECT_EQ(to_json(compare(off, turned(slow), one_at_a_time)), to_json(compare(off, turned(slow))));
+}
+
+/// A curve of 100 samples a second.
+Recording curve(const std::vector<double>& values) {
+  TestFolder folder("curve");
+  auto recorder = Recorder::open(folder / "a.mcap").value();
+  const ChannelId force = recorder->add_samples("/wrist", {"force"}, {"N"});
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    recorder->begin_cycle(static_cast<Nanoseconds>(k) * 10 * kMillisecond, k);
+    recorder->write(force, std::vector<double>{values[k]});
+  }
+  recorder->close();
+  return Recording::open(folder / "a.mcap").value();
+}
+
+TEST(Compare, FeaturesAreWhatIsLeftOfACurve) {
+  // Up to 20, back to -30, at rest at 10 from 0.06 s on, with noise that is smaller than dv.
+  const std::vector<double> reference{0, 10, 20, 0, -30, -10, 10, 10.2, 10, 9.9, 10.1};
+  const auto compared = [&](const std::vector<double>& values, std::vector<std::string> judged, double dv = 0.5,
+                            Nanoseconds dt = 5 * kMillisecond) {
+    Tolerance tolerance{.kind = ToleranceKind::kFeatures, .dt = dt, .dv = dv};
+    Diagnostics none;
+    tolerance.features.reset();
+    for (const std::string& name : judged) judge_feature(name, "", tolerance.features, none);
+    EXPECT_FALSE(none.has_errors());
+    CompareOptions options;
+    options.rules = {{"/wrist", "force", tolerance}};
+    return column(compare(curve(values), curve(reference), options), "/wrist", "force");
+  };
+  std::vector<double> other = reference;
+  other[3] = 1;  // on the way: no feature knows it
+  const ColumnComparison same = compared(other, {"max", "min", "end", "peak", "settling", "path", "duration"}, 0.5);
+  EXPECT_TRUE(same.passed) << same.note;
+  std::map<std::string, double> b;
+  for (const FeatureDifference& feature : same.features) b[feature.name] = feature.b;
+  EXPECT_EQ(b["peak"], 30);
+  EXPECT_NEAR(b["settling"], 0.06, 1e-9);
+  EXPECT_NEAR(b["path"], 20 + 50 + 40.2, 1e-9);
+  EXPECT_NEAR(b["duration"], 0.10, 1e-9);
+
+  other = reference;
+  other[6] = 9;  // settles a sample later
+  EXPECT_FALSE(compared(other, {"settling"}).passed);
+  EXPECT_TRUE(compared(other, {"settling"}, 0.5, 20 * kMillisecond).passed);
+  EXPECT_TRUE(compared(other, {"peak", "max", "duration"}).passed);
+  other = reference;
+  other[4] = -34;
+  EXPECT_FALSE(compared(other, {"peak"}).passed);
+  EXPECT_FALSE(compared(other, {"path"}).passed) << "8 N more, where 0.5 N for each of three turns are free";
+  EXPECT_TRUE(compared(other, {"max", "end", "settling"}).passed);
+  other = reference;
+  other.push_back(10);
+  EXPECT_FALSE(compared(other, {"duration"}).passed);
+  Diagnostics wrong;
+  FeatureSet none;
+  judge_feature("peek", "/at", none, wrong);
+  EXPECT_THAT(wrong, Reports(Code::kUnknownName, "/at", {"peek", "peak"}));
+}
+
+TEST(Compare, TheReportHasStepsAndFilms) {
+  TestFolder folder("steps");
+  auto recorder = Recorder::open(folder / "a.mcap").value();
+  const ChannelId force = recorder->add_samples("/wrist", {"force"}, {"N"});
+  const ChannelId program = recorder->add_events(std::string(kProgramTopic));
+  for (int k = 0; k < 100; ++k) {
+    recorder->begin_cycle(k * 10 * kMillisecond, static_cast<std::uint64_t>(k));
+    recorder->write(force, std::vector<double>{0.1 * k});
+    if (k == 50) recorder->event(program, "program", "begin", "press <firmly>");
+  }
+  recorder->close();
+  const Recording recording = Recording::open(folder / "a.mcap").value();
+  Comparison c = compare(recording, recording);
+  ASSERT_EQ(c.steps.size(), 1u);
+  EXPECT_EQ(c.steps[0].time_s, 0.5);
+  EXPECT_THAT(to_html(c), AllOf(HasSubstr("press &lt;firmly&gt;"), Not(HasSubstr("<video"))));
+  c.film_a = "abcd";
+  c.film_b = "abc";
+  EXPECT_THAT(to_html(c), AllOf(HasSubstr("base64,YWJjZA==\""), HasSubstr("base64,YWJj\"")));
 }
 
 // Goldens.

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "record/recording.h"
+#include "record/schemas.h"
 #include "tests/record/support.h"
 #include "tests/support/allocation_guard.h"
 #include "tests/support/reports.h"
@@ -24,6 +25,64 @@ using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+
+/// 5 s at 1 kHz, of which the last second is kept if `keep_at` (a cycle) is within them.
+RecorderStatus record_last_second(const std::filesystem::path& path, std::uint64_t keep_at) {
+  RecorderOptions options;
+  options.keep_last = kSecond;
+  auto recorder = Recorder::open(path, options).value();
+  SampleRun run(*recorder);
+  for (std::uint64_t k = 0; k < 5000; ++k) {
+    run.cycle(k);
+    if (k == keep_at) recorder->keep();
+  }
+  if (keep_at == 5000) recorder->keep();
+  return recorder->close();
+}
+
+TEST(Recorder, TheLastSecondsAreWrittenIfSomethingHappens) {
+  TestFolder folder("last");
+  EXPECT_TRUE(record_last_second(folder / "a.mcap", 9999).removed);
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.mcap")) << "nothing happened";
+
+  const RecorderStatus status = record_last_second(folder / "b.mcap", 3000);
+  EXPECT_FALSE(status.removed);
+  EXPECT_EQ(status.error, "");
+  const Table kept = Recording::open(folder / "b.mcap").value().table("/left/joints").value();
+  EXPECT_LE(kept.time.front(), 2 * kSecond);
+  EXPECT_GT(kept.time.front(), 2 * kSecond - 250 * kMillisecond) << "and little more";
+  EXPECT_EQ(kept.time.back(), 4 * kSecond) << "a second of what came of it";
+  EXPECT_EQ(kept.time.size(), static_cast<std::size_t>((kept.time.back() - kept.time.front()) / kMillisecond) + 1);
+  EXPECT_EQ(kept.values[1][10], SampleRun::position(static_cast<std::uint64_t>(kept.time[10] / kMillisecond), 1));
+
+  EXPECT_FALSE(record_last_second(folder / "c.mcap", 5000).removed);
+  const Recording end = Recording::open(folder / "c.mcap").value();
+  EXPECT_EQ(end.end_time(), 4999 * kMillisecond);
+  EXPECT_GT(end.start_time(), 3700 * kMillisecond);
+  EXPECT_THAT(end.damage(), IsEmpty());
+}
+
+TEST(Recorder, AConstantMessageIsTheFirst) {
+  TestFolder folder("constant");
+  auto recorder = Recorder::open(folder / "a.mcap").value();
+  recorder->add_constant("/scene", kSceneUpdateSchema, "some bytes");
+  SampleRun run(*recorder);
+  for (std::uint64_t k = 0; k < 10; ++k) run.cycle(k + 7);
+  EXPECT_EQ(recorder->close().error, "");
+  const Recording recording = Recording::open(folder / "a.mcap").value();
+  std::vector<std::string> topics;
+  std::string first;
+  recording.for_each([&](const MessageView& message) {
+    topics.push_back(message.channel->topic);
+    if (topics.size() == 1) first.assign(reinterpret_cast<const char*>(message.data.data()), message.data.size());
+    return true;
+  });
+  EXPECT_EQ(topics.front(), "/scene");
+  EXPECT_EQ(first, "some bytes");
+  EXPECT_EQ(std::ranges::count(topics, "/scene"), 1);
+  EXPECT_EQ(recording.start_time(), 7 * kMillisecond);
+  EXPECT_EQ(recording.find_channel("/scene")->schema, "foxglove.SceneUpdate");
+}
 
 TEST(Recorder, ComesBackAsWritten) {
   TestFolder folder("round");

@@ -236,6 +236,16 @@ class Verify(WithFolder):
         self.assertEqual((tries["pauses"], tries["failures"]), (0, []))
         self.assertIn("interruptions", self.good("verify", file, "--pause-every", 1500).stdout)
 
+    def test_faults_are_tried_at_every_nth_cycle(self):
+        """A program that gives up, and one that goes on after the fault, which is cancelled."""
+        handled = json.loads(json.dumps(SHORT))
+        handled["program"] = {"do": "try", "steps": [handled["program"]], "on_error": {"steps": [{"do": "wait", "seconds": 60}]}}
+        for document in (SHORT, handled):
+            run = json.loads(self.good("verify", self.write(document), "--fault-every", 300, "--json").stdout)["scenarios"][0]
+            tries = run["interruptions"]
+            self.assertTrue(tries["held"], tries["failures"])
+            self.assertAlmostEqual(tries["faults"], run["run"]["cycles"] / 300, delta=2)
+
 
 class Films(WithFolder):
     """What a film is by its frames; what is in a picture is tested in tests/sim and tests/scenario/film."""
@@ -293,6 +303,65 @@ class New(WithFolder):
         self.assertIn("[invalid-name]", self.good("new", "scenario", "a/b", "--out", self.path, status=2).stderr)
         self.assertRegex(self.good("new", "scenario", "c", "--arm", "ur6", "--out", self.path, status=2).stderr, "ur5.*unknown-name")
         self.assertIn("[missing]", self.good("new", "robot", "c", "--out", self.path, status=2).stderr)
+
+    def test_a_new_tool_touches_at_once(self):
+        made = json.loads(self.good("new", "tool", "pin", "--out", self.path, "--length", 0.11, "--mass", 0.2, "--json").stdout)
+        self.assertEqual(self.good("validate", made["folder"]).stderr, "")
+        figures = json.loads(self.good("model", "pin", "--models", self.path, "--json").stdout)
+        self.assertAlmostEqual(figures["mass"], 0.2)
+        touching = json.loads(json.dumps(SHORT))
+        touching["devices"]["probe"]["model"] = "pin"
+        self.recorded(touching, "a.mcap", "--set", "/expectations=[]", "--models", self.path)
+        self.assertIn("[duplicate]", self.good("new", "tool", "pin", "--out", self.path, status=2).stderr)
+        self.assertIn("[out-of-range]", self.good("new", "tool", "long", "--length", 9, "--out", self.path, status=2).stderr)
+
+    def test_a_new_gripper_picks_at_once(self):
+        for name, options in (("grip", ()), ("large", ("--stroke", 0.2, "--force", 300, "--mass", 1.5, "--length", 0.2))):
+            self.good("new", "gripper", name, "--out", self.path, *options)
+            self.assertEqual(self.good("validate", self.path / name).stderr, "")
+            run = self.good("run", "scenarios/pick.json", "--models", self.path, "--set", f"/devices/gripper/model={name}", "--json")
+            self.assertEqual(json.loads(run.stdout)["result"], "passed")
+
+
+class LastSeconds(WithFolder):
+    def test_they_are_kept_if_something_goes_wrong(self):
+        record = self.path / "last.mcap"
+        self.good("run", self.write(SHORT), "--record", record, "--record-last", 1)
+        self.assertFalse(record.exists(), "nothing went wrong")
+        failing = json.loads(json.dumps(SHORT))
+        failing["expectations"][1]["at_most"] = 1
+        report = json.loads(self.good("run", self.write(failing), "--record", record, "--record-last", 1, "--json", status=1).stdout)
+        self.assertEqual(report["products"], [str(record)])
+        self.good("export", record, "--csv", self.path / "tables")
+        with open(self.path / "tables/left_arm_set_point.csv", newline="") as file:
+            times = [float(row[0]) for row in list(csv.reader(file))[1:]]
+        self.assertAlmostEqual(times[-1], report["sim_time"], delta=0.002)
+        self.assertTrue(1.0 <= times[-1] - times[0] < 1.3, times[-1] - times[0])
+        self.assertIn("[requires]", self.good("run", self.write(SHORT), "--record-last", 1, status=2).stderr)
+
+    def test_the_site_file_is_in_the_recording(self):
+        site = self.path / "site.json"
+        site.write_text(json.dumps({"devices": {"left arm": {"backend": "slow", "cycle_ms": 8}}}))
+        record = self.path / "a.mcap"
+        run = takt("run", self.write(SHORT), "--site", site, "--record", record, "--set", "/expectations=[]")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn(site.read_bytes(), record.read_bytes(), "attachments are not compressed")
+
+
+class Compared(WithFolder):
+    def test_the_report_has_both_films(self):
+        a, _ = self.recorded(name="a.mcap")
+        b, _ = self.recorded(None, "b.mcap", "--set", "/program/steps/0/speed=0.6")
+        page = self.path / "report.html"
+        self.good("compare", a, b, "--quick", "--films", "--report", page, status=1)
+        text = page.read_text()
+        self.assertEqual(text.count("<video"), 2)
+        self.assertIn(">touch<", text.replace("<title>", "<"), "steps are on the axis")
+        self.assertLess(len(text), 1 << 20)
+        columns = {one["column"] for one in json.loads(self.good("compare", a, b, "--quick", "--json", status=1).stdout)["columns"]}
+        self.assertIn("left arm/flange.rotation", columns)
+        self.assertFalse({one for one in columns if one.endswith(".qw")})
+        self.assertIn("[requires]", self.good("compare", a, b, "--films", status=2).stderr)
 
 
 if __name__ == "__main__":

@@ -96,10 +96,16 @@ std::vector<fs::path> roots_of(const fs::path& file, const XacroOptions& options
   return roots;
 }
 
+/// Debian's, for which python3-yaml is installed, before another one that comes first in PATH.
+std::string python() {
+  constexpr const char* kDebian = "/usr/bin/python3";
+  return access(kDebian, X_OK) == 0 ? kDebian : "python3";
+}
+
 std::vector<std::string> command_of(const fs::path& file, const XacroOptions& options) {
   const auto roots = roots_of(file, options);
   std::vector<std::string> command = {
-      "python3", "-I", "-B", "-c", kDriver, library_folder().string(), file.string(), std::to_string(roots.size())};
+      python(), "-I", "-B", "-c", kDriver, library_folder().string(), file.string(), std::to_string(roots.size())};
   for (const fs::path& root : roots) command.push_back(root.string());
   command.insert(command.end(), options.arguments.begin(), options.arguments.end());
   return command;

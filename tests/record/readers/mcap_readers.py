@@ -13,6 +13,7 @@ import tempfile
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
@@ -38,10 +39,10 @@ def check_container(path):
         summary = reader.get_summary()
         check(summary is not None, "the file has a summary")
         statistics = summary.statistics
-        check(statistics.message_count == CYCLES * 6 + 6 + 4, f"message count is {statistics.message_count}")
+        check(statistics.message_count == CYCLES * 6 + 6 + 4 + 1, f"message count is {statistics.message_count}")
         check(statistics.chunk_count == 5 == len(summary.chunk_indexes), "240 ms in chunks of 50 ms are 5 chunks")
         check(statistics.message_end_time == (CYCLES - 1) * 1_000_000, "the last message is at 239 ms")
-        check(len(summary.channels) == 8, "8 channels")
+        check(len(summary.channels) == 9, "9 channels")
         messages = list(reader.iter_messages())
         check(len(messages) == statistics.message_count, "the summary counts what is there")
         times = [message.log_time for _, _, message in messages]
@@ -62,7 +63,7 @@ def check_foxglove_messages(path):
     """Foxglove's own classes understand the bytes."""
     with open(path, "rb") as file:
         reader = make_reader(file)
-        rows = {"/left/joints": [], "/frames": [], "/log": []}
+        rows = {"/left/joints": [], "/frames": [], "/log": [], "/scene": []}
         for schema, channel, message in reader.iter_messages(topics=list(rows)):
             rows[channel.topic].append((schema.name, message))
     for k, (name, message) in enumerate(rows["/left/joints"]):
@@ -80,6 +81,11 @@ def check_foxglove_messages(path):
         check((tool.translation.x, tool.translation.z) == (k, 3 * k), f"translation in cycle {k}")
         check(FrameTransforms.FromString(message.data).transforms[0].rotation.w == 1.0, "w is w")
         check(tool.timestamp.ToNanoseconds() == k * 1_000_000, f"time of the frame in cycle {k}")
+    check([name for name, _ in rows["/scene"]] == ["foxglove.SceneUpdate"], "one scene")
+    entity = SceneUpdate.FromString(rows["/scene"][0][1].data).entities[0]
+    check((entity.id, entity.frame_id, entity.frame_locked) == ("arm/link", "tool", True), "a shape on a frame")
+    check([p.x for p in entity.triangles[0].points] == [0, 1, 2] and list(entity.triangles[0].indices) == [0, 1, 2]
+          and entity.triangles[0].color.g == 0.5, "its triangle")
     log = Log.FromString(rows["/log"][1][1].data)
     check((log.level, log.name, log.message) == (Log.Level.WARNING, "left", "line 70"), "log line")
 

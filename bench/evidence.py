@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""Measures what evidence costs, from outside, with the built program. On an otherwise idle machine.
+
+  evidence.py TAKT cost [--runs 5] [--scenario FILE]     share of a run that recording everything at 1 kHz takes
+  evidence.py TAKT compare [--seconds 60]                comparing two recordings of so many seconds; size of the report
+  evidence.py TAKT kills [--count 1000] [--python FILE]  runs that are killed at random times: what an official reader gets back
+
+"kills" needs the mcap package: --python build/venv/bin/python, which ./takt test makes. Exit status 1: a target is missed.
+"""
+import argparse
+import json
+import os
+import pathlib
+import random
+import re
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+COST, COMPARE_S, REPORT_BYTES, LOSS_S = 0.05, 2.0, 1 << 20, 0.1  # the targets
+
+READER = """
+import sys
+from mcap.reader import NonSeekingReader
+from mcap.stream_reader import StreamReader
+from mcap.exceptions import EndOfFile
+last, damaged = 0, 0
+with open(sys.argv[1], "rb") as file:
+    try:
+        for record in StreamReader(file, validate_crcs=True).records:
+            last = max(last, getattr(record, "message_end_time", 0), getattr(record, "log_time", 0))
+    except EndOfFile:
+        pass
+    except Exception as error:
+        damaged = 1
+        print(type(error).__name__, error, file=sys.stderr)
+print(last, damaged)
+"""
+
+
+def run(takt, *arguments):
+    begin = time.monotonic()
+    done = subprocess.run([takt, *map(str, arguments)], cwd=ROOT, capture_output=True, text=True)
+    return time.monotonic() - begin, done
+
+
+def wall_time(takt, scenario, *options):
+    _, done = run(takt, "run", scenario, "--log", "none", "--set", "/expectations=[]", "--json", *options)
+    report = json.loads(done.stdout)
+    return report["wall_time"], report["timing"]["recording"], report["sim_time"]
+
+
+def cost(takt, arguments, folder):
+    plain, recorded = [], []
+    for _ in range(arguments.runs):  # taken in turn, so that both meet the same machine
+        plain.append(wall_time(takt, arguments.scenario)[0])
+        recorded.append(wall_time(takt, arguments.scenario, "--record", folder / "a.mcap"))
+    without, with_it = min(plain), min(one[0] for one in recorded)
+    share = with_it / without - 1
+    print(f"{arguments.scenario}: {recorded[0][2]:.1f} s simulated in {without:.3f} s without and {with_it:.3f} s with a recording "
+          f"(best of {arguments.runs}): {100 * share:.1f} %; of the loop itself {100 * statistics.median(r[1] / r[0] for r in recorded):.1f} %; "
+          f"{(folder / 'a.mcap').stat().st_size / 1e6 / recorded[0][2]:.2f} MB per simulated second")
+    return share < COST
+
+
+def compare(takt, arguments, folder):
+    scenario = json.loads((ROOT / "scenarios/wave.json").read_text())
+    scenario["expectations"] = []
+    scenario["program"] = {"do": "sequence", "steps": [{"do": "repeat", "times": 1000, "steps": scenario["program"]["steps"]}]}
+    scenario["time_limit_s"] = arguments.seconds
+    file = folder / "long.json"
+    file.write_text(json.dumps(scenario))
+    for name, seed in (("a", 1), ("b", 2)):
+        run(takt, "run", file, "--log", "none", "--record", folder / f"{name}.mcap", "--seed", seed, "--models", ROOT / "models")
+    took, done = run(takt, "compare", folder / "a.mcap", folder / "b.mcap", "--quick", "--report", folder / "r.html", "--json")
+    result = json.loads(done.stdout)
+    size = (folder / "r.html").stat().st_size
+    print(f"two recordings of {result['end_a_s']:.1f} and {result['end_b_s']:.1f} s, {len(result['columns'])} columns: {took:.2f} s, "
+          f"report of {size / 1e6:.2f} MB")
+    return took < COMPARE_S and size < REPORT_BYTES
+
+
+def kills(takt, arguments, folder):
+    scenario = {"devices": {"arm": {"model": "lwr4plus"}}, "time_limit_s": 600,
+                "program": {"do": "repeat", "times": 9000, "steps": [{"do": "wait", "seconds": 0.01}, {"do": "log", "text": "."}]}}
+    file, record = folder / "ticks.json", folder / "killed.mcap"
+    file.write_text(json.dumps(scenario))
+    chance = random.Random(1)
+    losses, damaged, empty = [], 0, 0
+    for i in range(arguments.count):
+        record.unlink(missing_ok=True)
+        process = subprocess.Popen([takt, "run", file, "--realtime", "--record", record, "--models", ROOT / "models"], cwd=ROOT,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        process.stderr.readline()  # it runs
+        time.sleep(chance.uniform(0.05, 1.5))
+        os.kill(process.pid, signal.SIGKILL)
+        told = re.findall(r"^ *([\d.]+) s  (?:info: )?program log", process.stderr.read(), re.MULTILINE)
+        process.wait()
+        if not told:
+            empty += 1
+            continue
+        last, wrong = map(int, subprocess.run([arguments.python, "-c", READER, record], capture_output=True, text=True).stdout.split())
+        damaged += wrong
+        losses.append(float(told[-1]) - last / 1e9)
+        if (i + 1) % 100 == 0:
+            print(f"  {i + 1}: worst loss {1e3 * max(losses):.0f} ms", file=sys.stderr)
+    print(f"{len(losses)} kills ({empty} more before the first line): {damaged} files that the official reader refuses, loss of "
+          f"{1e3 * statistics.median(losses):.0f} ms in the middle and {1e3 * max(losses):.0f} ms at most")
+    return damaged == 0 and max(losses) <= LOSS_S
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("takt")
+    parser.add_argument("what", choices=["cost", "compare", "kills"])
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--scenario", default="scenarios/touch.json")
+    parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--count", type=int, default=int(os.environ.get("TAKT_KILLS", 1000)))
+    parser.add_argument("--python", default=str(ROOT / "build/venv/bin/python"))
+    arguments = parser.parse_args()
+    takt = str(pathlib.Path(arguments.takt).resolve())
+    with tempfile.TemporaryDirectory() as folder:
+        held = {"cost": cost, "compare": compare, "kills": kills}[arguments.what](takt, arguments, pathlib.Path(folder))
+    sys.exit(0 if held else 1)
+
+
+main()
