@@ -74,7 +74,7 @@ class Log(WithFolder):
         self.assertIn("[main / touch]", text)
         self.assertNotIn("begin", text)
         only = self.good("events", record, "--source", "contact").stdout.splitlines()
-        self.assertTrue(only and all(" contact " in line for line in only))
+        self.assertTrue(only and all(" contact" in line for line in only))
 
     def test_stderr_tells_as_much_as_is_asked_for(self):
         file = self.write(SHORT)
