@@ -198,7 +198,7 @@ void Driver::set_digital_output(int bit, bool value) {
 // --------------------------------------------------------------------------------------------------------
 
 void Driver::poll() {
-  for (ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->flush();
+  for (hw::ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->flush();
   // A category 0 stop waits for nothing.
   if (brake_.exchange(false)) dashboard_.ask("power off");
   step_dashboard();
@@ -245,15 +245,15 @@ void Driver::begin_connecting() {
 
 void Driver::lose_connection(const std::string& why) {
   if (stage_ != Stage::kApart) tell("connection lost: " + why);
-  for (ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->close();
+  for (hw::ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->close();
   wire_fault_ = fault_ = DriverFault::kNotConnected;
   may_upload_ = true;
   set_stage(Stage::kApart);
 }
 
 void Driver::step_connecting() {
-  for (ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_})
-    if (link->state() == ByteLink::State::kFailed || link->state() == ByteLink::State::kEnded)
+  for (hw::ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_})
+    if (link->state() == hw::ByteLink::State::kFailed || link->state() == hw::ByteLink::State::kEnded)
       return lose_connection(link->error());
   if (now() - stage_since_ > kConnectTime) return lose_connection("no answer");
   if (!rtde_link_.open() || !dashboard_link_.open() || !script_link_.open()) return;
@@ -296,7 +296,7 @@ void Driver::refuse(const Diagnostics& problems) {
     refusal_ = fmt::format("{} ({})", problems_.list().front().message, problems_.list().front().hint);
   }
   tell("refused: " + problems.to_string());
-  for (ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->close();
+  for (hw::ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->close();
   set_stage(Stage::kRefused);
 }
 
@@ -330,7 +330,7 @@ void Driver::receive() {
     last_package_ = now();
   }
   const auto state = rtde_link_.state();
-  if (state != ByteLink::State::kOpen) return lose_connection(rtde_link_.error());
+  if (state != hw::ByteLink::State::kOpen) return lose_connection(rtde_link_.error());
   if (stage_ != Stage::kRefused && now() - last_package_ > kSilence) lose_connection("no packages");
 }
 

@@ -13,11 +13,11 @@
 #include "core/device/driver.h"
 #include "core/device/force_torque_agent.h"
 #include "core/emulation/state_hash.h"
-#include "hw/rtde/byte_link.h"
 #include "hw/rtde/client.h"
 #include "hw/rtde/control_program.h"
 #include "hw/rtde/dashboard_client.h"
 #include "hw/rtde/modes.h"
+#include "hw/wire/byte_link.h"
 
 namespace takt::rtde {
 
@@ -167,7 +167,7 @@ class Driver : public device::ArmDriver {
   ForceBackend force_{*this};
   ControlProgram program_;
 
-  ByteLink rtde_link_, dashboard_link_, script_link_;
+  hw::ByteLink rtde_link_, dashboard_link_, script_link_;
   Client client_;
   DashboardClient dashboard_;
   Stage stage_ = Stage::kApart;

@@ -83,9 +83,9 @@ class SocketEmulator final : public device::ControllerEmulator {
   std::uint64_t next_event_ = 0;
 };
 
-class RtdeKind final : public device::DriverKind {
+class RtdeKind final : public device::ArmDriverKind {
  public:
-  RtdeKind() : DriverKind("rtde", "Universal Robots CB3 and e-Series over RTDE") {}
+  RtdeKind() : ArmDriverKind("rtde", "Universal Robots CB3 and e-Series over RTDE") {}
 
   std::shared_ptr<const device::DriverSettings> read(ObjectReader& reader) const override;
   std::string refuse(const device::DriverSettings& settings, const device::ArmDescription& arm) const override;

@@ -4,18 +4,23 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "hw/wire/network.h"
 
-namespace takt::rtde {
+namespace takt::hw {
 
 /// A connection of a byte stream with what waits to be sent. One thread.
 class ByteLink {
  public:
-  using State = hw::StreamLink::State;
+  using State = StreamLink::State;
+
+  ByteLink() = default;
+  /// Of a connection that was accepted.
+  explicit ByteLink(std::unique_ptr<StreamLink> link) : link_(std::move(link)) {}
 
   /// @return why it cannot even be tried.
-  [[nodiscard]] Result<void> connect(hw::Network& network, const hw::Endpoint& remote) {
+  [[nodiscard]] Result<void> connect(Network& network, const Endpoint& remote) {
     auto link = network.connect(remote);
     if (!link) return std::unexpected(link.error());
     link_ = std::move(*link);
@@ -51,9 +56,9 @@ class ByteLink {
  private:
   static constexpr int kMostPieces = 64;
 
-  std::unique_ptr<hw::StreamLink> link_;
+  std::unique_ptr<StreamLink> link_;
   std::string out_;
   std::array<std::byte, 4096> buffer_;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw
