@@ -1,18 +1,14 @@
 #include "core/collision/motion_check.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numbers>
 #include <optional>
 
 #include "core/collision/body_pair.h"
+#include "core/collision/motion_samples.h"
 
 namespace takt::collision {
 namespace {
 
-constexpr double kSampleStep = 4e-3;  // s: fine enough that few pairs need more
-constexpr int kMostSamples = 4000;
 constexpr int kFinest = 16;  ///< halvings of a sample step
 
 /// The rules as one number: bodies have to keep `signed distance - least` above `margin`.
@@ -21,173 +17,10 @@ struct Keep {
   double margin = 0.0;  ///< m, > 0
 };
 
-/// The motion at equally spaced times: poses of the bodies that move, and how far their points travel.
-class Samples {
- public:
-  Samples(const Scene& scene, const State& state, const Trajectory& motion)
-      : scene_(scene), motion_(motion), state_(state), moved_(scene.moved_by(state, motion.joints)) {
-    scene.place(state, poses_);
-    const double steps = std::ceil(motion.duration / kSampleStep);
-    count_ = std::clamp(static_cast<int>(steps), 1, kMostSamples);
-    for (const int body : scene.parents_first(state)) {
-      if (!moved_[static_cast<std::size_t>(body)]) continue;
-      row_of_.resize(scene.bodies().size(), -1);
-      row_of_[static_cast<std::size_t>(body)] = static_cast<int>(order_.size());
-      order_.push_back(body);
-    }
-    row_of_.resize(scene.bodies().size(), -1);
-    q_.assign(static_cast<std::size_t>(count_ + 1), state.q);
-    for (int k = 0; k <= count_; ++k) motion.at(time(k), joints(k));
-    find_curvature();
-    sample();
-  }
-
-  [[nodiscard]] int count() const { return count_; }  ///< of steps; there is one sample more
-  [[nodiscard]] double step() const { return motion_.duration / count_; }
-  [[nodiscard]] double time(int k) const { return k == count_ ? motion_.duration : k * step(); }
-  [[nodiscard]] bool moves(int body) const { return row_of_[static_cast<std::size_t>(body)] >= 0; }
-
-  /// Puts a body at a sample into the poses; what does not move is there already.
-  void put(int body, int k) {
-    const int row = row_of_[static_cast<std::size_t>(body)];
-    if (row >= 0) poses_[static_cast<std::size_t>(body)] = sampled_[index(row, k)];
-  }
-  [[nodiscard]] const Poses& poses() const { return poses_; }
-  /// No point of a body travels further than this from sample 0 to sample k: grows with k. m
-  [[nodiscard]] double travel(int body, int k) const {
-    const int row = row_of_[static_cast<std::size_t>(body)];
-    return row < 0 ? 0.0 : travel_[index(row, k)];
-  }
-
-  /// Puts all that moves to any time, for looks between samples.
-  void put_all(double time, std::vector<double>& q) {
-    motion_.at(time, q);
-    scene_.place_some({.q = q, .fixings = state_.fixings}, order_, poses_);
-  }
-  /// The same bound as travel(), for two poses of a body that are `apart` s apart.
-  [[nodiscard]] double between(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
-                               double apart) const {
-    const int row = row_of_[static_cast<std::size_t>(body)];
-    if (row < 0) return 0.0;
-    const Body& one = scene_.body(body);
-    const Eigen::Vector3d middle = one.box.center();
-    const double shift = (to * middle - from * middle).norm();
-    // By how much a turn moves a point at distance 1: 2 sin(angle / 2), from the nine differences.
-    const double turn = (to.linear() - from.linear()).norm() / std::numbers::sqrt2;
-    // The chord, and twice by how much the path of any point can leave it: away from one end and from the other.
-    return shift + one.radius * turn + bend_[static_cast<std::size_t>(row)] * apart * apart / 4.0;
-  }
-  [[nodiscard]] std::vector<double> q_at(double time) const {
-    std::vector<double> q = state_.q;
-    motion_.at(time, q);
-    return q;
-  }
-
- private:
-  [[nodiscard]] std::size_t index(int row, int k) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(count_ + 1) + static_cast<std::size_t>(k);
-  }
-
-  [[nodiscard]] std::vector<double>& joints(int k) { return q_[static_cast<std::size_t>(k)]; }
-  [[nodiscard]] const std::vector<double>& joints(int k) const { return q_[static_cast<std::size_t>(k)]; }
-
-  /// Largest acceleration of any point of each body: joints that accelerate, and turns of what turns.
-  void find_curvature() {
-    const std::vector<double> fastest = fastest_joints();
-    bend_.assign(order_.size(), 0.0);
-    for (std::size_t row = 0; row < order_.size(); ++row) {
-      double speed = 0.0, turn = 0.0, push = 0.0;
-      for (std::size_t j = 0; j < motion_.joints.size(); ++j) {
-        const double lever = lever_of(order_[row], motion_.joints[j]);
-        if (lever < 0.0) continue;
-        const Body& mover = scene_.body(body_of(motion_.joints[j]));
-        const double arm = mover.prismatic ? 1.0 : lever;
-        push += arm * motion_.acceleration[j];
-        speed += arm * fastest[j];
-        if (!mover.prismatic) turn += fastest[j];
-      }
-      bend_[row] = push + 2.0 * turn * speed;
-    }
-  }
-
-  /// No joint is faster than the fastest of the chords and what it can gain between two samples.
-  [[nodiscard]] std::vector<double> fastest_joints() const {
-    std::vector<double> fastest(motion_.joints.size(), 0.0);
-    if (motion_.duration <= 0.0) return fastest;
-    for (int k = 1; k <= count_; ++k) {
-      for (std::size_t j = 0; j < motion_.joints.size(); ++j) {
-        const auto joint = static_cast<std::size_t>(motion_.joints[j]);
-        fastest[j] = std::max(fastest[j], std::abs(joints(k)[joint] - joints(k - 1)[joint]) / step());
-      }
-    }
-    for (std::size_t j = 0; j < fastest.size(); ++j) fastest[j] += motion_.acceleration[j] * step();
-    return fastest;
-  }
-
-  [[nodiscard]] int body_of(int joint) const {
-    const auto& bodies = scene_.bodies();
-    return static_cast<int>(std::ranges::find(bodies, joint, &Body::joint) - bodies.begin());
-  }
-  [[nodiscard]] int parent_of(int body) const {
-    return scene_.body(body).root ? state_.fixings[static_cast<std::size_t>(body)].parent : scene_.body(body).parent;
-  }
-  /// How far a point of a body can be from the axis of a joint below it, in any posture; negative: that joint does not
-  /// move it.
-  [[nodiscard]] double lever_of(int body, int joint) const {
-    const Body& outer = scene_.body(body);
-    double length = outer.radius + outer.box.center().norm();
-    for (int at = body; at >= 0; at = parent_of(at)) {
-      const Body& one = scene_.body(at);
-      if (one.joint == joint) return length;
-      const Eigen::Isometry3d& X = one.root ? state_.fixings[static_cast<std::size_t>(at)].X_P : one.X_PJ;
-      length += X.translation().norm();
-      if (one.prismatic && one.joint >= 0) length += range_of(one.joint);
-    }
-    return -1.0;
-  }
-  /// How far a sliding joint is out at most.
-  [[nodiscard]] double range_of(int joint) const {
-    const auto number = static_cast<std::size_t>(joint);
-    double most = std::abs(state_.q[number]);
-    if (std::ranges::find(motion_.joints, joint) == motion_.joints.end()) return most;
-    for (const std::vector<double>& q : q_) most = std::max(most, std::abs(q[number]));
-    return most;
-  }
-
-  void sample() {
-    sampled_.resize(order_.size() * static_cast<std::size_t>(count_ + 1));
-    travel_.assign(sampled_.size(), 0.0);
-    State state = state_;
-    for (int k = 0; k <= count_; ++k) {
-      state.q = joints(k);
-      scene_.place_some(state, order_, poses_);
-      for (std::size_t row = 0; row < order_.size(); ++row) {
-        const std::size_t now = index(static_cast<int>(row), k);
-        sampled_[now] = poses_[static_cast<std::size_t>(order_[row])];
-        if (k == 0) continue;
-        travel_[now] = travel_[now - 1] + between(order_[row], sampled_[now - 1], sampled_[now], step());
-      }
-    }
-  }
-
-  const Scene& scene_;
-  const Trajectory& motion_;
-  State state_;
-  std::vector<bool> moved_;
-  std::vector<int> order_;   ///< bodies that move, parents first
-  std::vector<int> row_of_;  ///< by body: where it is in order_; -1: it does not move
-  int count_ = 1;
-  std::vector<std::vector<double>> q_;  ///< of all joints, by sample
-  Poses poses_;
-  std::vector<Eigen::Isometry3d> sampled_;
-  std::vector<double> travel_;
-  std::vector<double> bend_;  ///< by row: largest acceleration of a point, m/s^2
-};
-
 /// One pair along the motion.
 class PairWalk {
  public:
-  PairWalk(Samples& samples, const Scene& scene, int a, int b) : samples_(samples), pair_(scene, a, b) {}
+  PairWalk(MotionSamples& samples, const Scene& scene, int a, int b) : samples_(samples), pair_(scene, a, b) {}
 
   /// @return the hit, or nothing
   [[nodiscard]] std::optional<Hit> walk(const PairRule& rule, double margin) {
@@ -303,7 +136,7 @@ class PairWalk {
     return found;
   }
 
-  Samples& samples_;
+  MotionSamples& samples_;
   BodyPair pair_;
   Keep keep_;
   std::vector<double> q_;
@@ -334,7 +167,7 @@ bool asked_for(const CheckOptions& options, int a, int b) {
 
 std::vector<Hit> check_motion(const Scene& scene, const State& state, const Trajectory& motion,
                               const CheckOptions& options) {
-  Samples samples(scene, state, motion);
+  MotionSamples samples(scene, state, motion);
   const std::vector<int> movers = movers_of(scene, state, motion);
   const auto mover = [&movers](int body) { return movers[static_cast<std::size_t>(body)]; };
   std::vector<Hit> hits;

@@ -9,6 +9,7 @@
 
 #include "core/base/random.h"
 #include "core/collision/body_pair.h"
+#include "core/collision/swept_space.h"
 
 namespace takt::collision {
 namespace {
@@ -191,6 +192,48 @@ TEST(CheckMotion, MissesNothingAndReportsNothingBeyondTheMargin) {
   }
   EXPECT_GT(hit, motions / 5);
   EXPECT_GT(free, motions / 5);
+}
+
+/// Random points of bodies at random times: each is as near to where one of the poses has it as that pose says.
+TEST_F(OfOneArm, SweepsNoPointThatItsPosesLeaveOut) {
+  Random random(11);
+  std::vector<double> from(7), to(7);
+  for (std::size_t j = 0; j < 7; ++j) {
+    from[j] = random.uniform(-1.5, 1.5);
+    to[j] = random.uniform(-1.5, 1.5);
+  }
+  const Trajectory motion = between(from, to, 1.3);
+  const std::vector<int> bodies{scene.find("arm/link5"), scene.find("arm/link7"), scene.root_of("post")};
+  ASSERT_THAT(bodies, ::testing::Each(::testing::Ge(0)));
+  SweptSpace swept;
+  add_swept(scene, scene.start(), motion, bodies, 0.01, 2.0, swept.source("turn"), swept);
+  ASSERT_THAT(swept.bodies, SizeIs(3));
+  EXPECT_THAT(swept.bodies[bodies[2]], SizeIs(1)) << "it stands";
+  State state = scene.start();
+  Poses poses;
+  for (int i = 0; i < 300; ++i) {
+    const double time = random.uniform(0.0, motion.duration);
+    motion.at(time, state.q);
+    scene.place(state, poses);
+    for (const int body : bodies) {
+      const Eigen::AlignedBox3d& box = scene.body(body).box;
+      const Eigen::Vector3d share(random.unit(), random.unit(), random.unit());
+      const Eigen::Vector3d p = box.min() + share.cwiseProduct(box.sizes());
+      bool covered = false;
+      for (const SweptPose& pose : swept.bodies[body]) {
+        const double away = (poses[static_cast<std::size_t>(body)] * p - pose.X_WB * p).norm();
+        covered = covered || away <= pose.within + 1e-12;
+      }
+      EXPECT_TRUE(covered) << scene.body(body).name << " at " << time << " s";
+    }
+  }
+  // From one pose to the next the last link travels at most the spacing, or what it does in one sample of 4 ms.
+  const std::vector<SweptPose>& last = swept.bodies[bodies[1]];
+  EXPECT_GT(last.size(), 50U);
+  for (const SweptPose& pose : last) EXPECT_LT(pose.within, 0.015);
+  EXPECT_EQ(last.front().time, 2.0);
+  EXPECT_NEAR(last.back().time, 3.3, 1e-9);
+  EXPECT_EQ(swept.sources.at(static_cast<std::size_t>(last.front().source)), "turn");
 }
 
 }  // namespace
