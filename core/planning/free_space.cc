@@ -17,6 +17,8 @@ constexpr double kSlack = 1e-4;
 constexpr double kOwnClearance = 5e-4;
 /// Pairs in contact at the start have to part by this for each m that they may have moved.
 constexpr double kParting = 0.05;
+/// The same of an arm that starts within what another one sweeps: it has to leave that soon.
+constexpr double kLeaving = 0.3;
 /// Bodies that are so near to what is demanded are worth an exact distance, m.
 constexpr double kNear = 5e-3;
 /// A bound that carries over this share of what is needed is not worth a better one.
@@ -53,20 +55,33 @@ void FreeSpace::find_pairs(const FreeSpaceOptions& options) {
     for (int b = 0; b < n; ++b) {
       if (b == a || (moves(b) && b < a) || scene_.never_meet(a, b)) continue;
       if (scene_.body(a).parts.empty() || scene_.body(b).parts.empty()) continue;
+      const auto sweep = moves(b) ? std::optional(-1) : sweep_of(b, options);
+      if (!sweep) continue;
       const PairRule rule = options.rule ? options.rule(a, b) : PairRule{};
-      if (rule.kind != PairRule::Kind::kIgnored) add_pair(a, b, rule, options);
+      if (rule.kind != PairRule::Kind::kIgnored) add_pair(a, b, *sweep, rule, options);
     }
   }
 }
 
-void FreeSpace::add_pair(int a, int b, const PairRule& rule, const FreeSpaceOptions& options) {
+std::optional<int> FreeSpace::sweep_of(int body, const FreeSpaceOptions& options) {
+  if (options.swept == nullptr) return -1;
+  const auto swept = options.swept->bodies.find(body);
+  if (swept == options.swept->bodies.end()) return -1;
+  if (swept->second.empty()) return std::nullopt;
+  const auto [found, fresh] = sweep_of_.try_emplace(body, static_cast<int>(sweeps_.size()));
+  if (fresh) sweeps_.emplace_back(swept->second, scene_.body(body).box.center(), scene_.body(body).radius);
+  return found->second;
+}
+
+void FreeSpace::add_pair(int a, int b, int sweep, const PairRule& rule, const FreeSpaceOptions& options) {
   const bool own = scene_.body(a).owner == scene_.body(b).owner;
   Pair pair{.bodies = collision::BodyPair(scene_, a, b),
             .reach = JointVector::Zero(static_cast<Eigen::Index>(joints_.size())),
             .keep = options.margin + (own ? std::min(kOwnClearance, options.clearance) : options.clearance),
             .floor = options.margin,
             .holds = rule.kind == PairRule::Kind::kTouch,
-            .parts = rule.may_part};
+            .parts = rule.may_part,
+            .sweep = sweep};
   if (pair.holds) pair.floor = -rule.overlap;
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     // What moves both moves them as one.
@@ -130,8 +145,30 @@ double FreeSpace::demanded(const Pair& pair, const JointVector& q) const {
   return relaxed_ && least > pair.floor ? 0.5 * (least + pair.floor) : least;
 }
 
+void FreeSpace::put_swept(const Pair& pair, std::size_t pose) {
+  const collision::SweptPose& swept = sweeps_[static_cast<std::size_t>(pair.sweep)].pose(pose);
+  const auto b = static_cast<std::size_t>(pair.bodies.b());
+  poses_[b] = swept.X_WB;
+  centres_[b] = swept.X_WB * scene_.bodies()[b].box.center();
+}
+
 double FreeSpace::room(Pair& pair, const JointVector& q, double enough) {
   const double least = demanded(pair, q);
+  if (pair.sweep < 0) return room_here(pair, least, enough);
+  // Near a start within what is swept less than nothing is demanded, and how deep they would overlap does not count.
+  if (-least >= enough) return -least;
+  const auto a = static_cast<std::size_t>(pair.bodies.a());
+  const double some = std::max(least, 0.0), more = least + enough - some;
+  const auto apart_from = [&](std::size_t pose, double within) {
+    put_swept(pair, pose);
+    return room_here(pair, some + within, more) + some;
+  };
+  const SweepTree& sweep = sweeps_[static_cast<std::size_t>(pair.sweep)];
+  const SweepTree::Limits limits{.enough = some + more, .worth = some + kWorth * more, .least = some};
+  return std::max(sweep.least(centres_[a], scene_.bodies()[a].radius, limits, apart_from, pair.nearest), 0.0) - least;
+}
+
+double FreeSpace::room_here(Pair& pair, double least, double enough) {
   const int a = pair.bodies.a(), b = pair.bodies.b();
   const double balls = (centres_[static_cast<std::size_t>(a)] - centres_[static_cast<std::size_t>(b)]).norm() -
                        scene_.body(a).radius - scene_.body(b).radius;
@@ -145,14 +182,42 @@ double FreeSpace::room(Pair& pair, const JointVector& q, double enough) {
   return apart - least;
 }
 
-double FreeSpace::distance(Pair& pair) {
-  const double apart = pair.bodies.distance(poses_, pair.keep);
+double FreeSpace::distance_here(Pair& pair, double enough) {
+  const double apart = pair.bodies.distance(poses_, enough);
   return apart > 0.0 ? apart : pair.bodies.signed_distance(poses_);
+}
+
+double FreeSpace::distance(Pair& pair) {
+  if (pair.sweep < 0) return distance_here(pair, pair.keep);
+  const auto a = static_cast<std::size_t>(pair.bodies.a());
+  const auto apart_from = [&](std::size_t pose, double within) {
+    put_swept(pair, pose);
+    return distance_here(pair, pair.keep + within) - within;
+  };
+  const SweepTree& sweep = sweeps_[static_cast<std::size_t>(pair.sweep)];
+  const SweepTree::Limits limits{.enough = pair.keep, .worth = pair.keep};
+  return sweep.least(centres_[a], scene_.bodies()[a].radius, limits, apart_from, pair.nearest);
+}
+
+Obstruction FreeSpace::obstruction(const Pair& pair, double distance) const {
+  Obstruction found{.a = pair.bodies.a(), .b = pair.bodies.b(), .distance = distance};
+  if (pair.sweep < 0) return found;
+  const collision::SweptPose& pose = sweeps_[static_cast<std::size_t>(pair.sweep)].pose(pair.nearest);
+  found.source = pose.source;
+  found.from = found.to = pose.time;
+  return found;
+}
+
+void FreeSpace::add_exception(Pair& pair, Exception exception) {
+  pair.steepest = std::max(pair.steepest, exception.slope);
+  pair.exceptions.push_back(std::move(exception));
 }
 
 bool FreeSpace::note_blocked(Pair& pair, double room, const JointVector& q) {
   ++pair.blocked;
-  last_ = {.a = pair.bodies.a(), .b = pair.bodies.b(), .distance = room + demanded(pair, q)};
+  last_ = obstruction(pair, room + demanded(pair, q));
+  pair.from = std::fmin(pair.from, last_.from);
+  pair.to = std::fmax(pair.to, last_.to);
   return false;
 }
 
@@ -171,12 +236,14 @@ std::optional<Obstruction> FreeSpace::admit_start(const JointVector& q) {
     if (apart >= pair.keep) continue;
     const double above = apart - pair.floor;
     if (above > kSlack) {
-      pair.exceptions.push_back({apart - std::min(kSlack, above / 3.0), pair.holds ? kParting : 0.0, q});
+      add_exception(pair, {apart - std::min(kSlack, above / 3.0), pair.holds ? kParting : 0.0, q});
+    } else if (pair.sweep >= 0) {
+      add_exception(pair, {apart - kSlack - 0.1 * std::abs(apart), kLeaving, q});
     } else if (pair.parts || apart >= -kStartOverlap) {
       // How deep solids overlap is known from above only.
-      pair.exceptions.push_back({apart - kSlack - 0.1 * std::abs(apart), kParting, q});
+      add_exception(pair, {apart - kSlack - 0.1 * std::abs(apart), kParting, q});
     } else {
-      return Obstruction{pair.bodies.a(), pair.bodies.b(), apart};
+      return obstruction(pair, apart);
     }
   }
   return std::nullopt;
@@ -189,10 +256,10 @@ std::optional<Obstruction> FreeSpace::admit_goal(const JointVector& q) {
     const double apart = distance(pair);
     if (apart >= pair.keep) continue;
     const double above = apart - pair.floor;
-    if (above < 3e-6) return Obstruction{pair.bodies.a(), pair.bodies.b(), apart};
+    if (above < 3e-6) return obstruction(pair, apart);
     exceptions.emplace_back(&pair, Exception{apart - std::min(kSlack, above / 3.0), pair.holds ? kParting : 0.0, q});
   }
-  for (auto& [pair, exception] : exceptions) pair->exceptions.push_back(std::move(exception));
+  for (auto& [pair, exception] : exceptions) add_exception(*pair, std::move(exception));
   return std::nullopt;
 }
 
@@ -200,8 +267,7 @@ std::optional<Obstruction> FreeSpace::admit_goal(const JointVector& q) {
 // ----------------------------------------------------------------------------------------------------------
 
 double FreeSpace::way_of(const Pair& pair, const Stretch& stretch) const {
-  const double way = pair.reach.dot(stretch.fastest);
-  return pair.exceptions.empty() ? way : (1.0 + kParting) * way;
+  return (1.0 + pair.steepest) * pair.reach.dot(stretch.fastest);
 }
 
 std::optional<std::vector<FreeSpace::Open>> FreeSpace::open_at_ends(const Stretch& stretch) {
@@ -266,7 +332,10 @@ bool FreeSpace::is_free(const Stretch& stretch) {
 Obstruction FreeSpace::most_frequent_obstruction() const {
   const auto most = std::ranges::max_element(pairs_, {}, &Pair::blocked);
   if (most == pairs_.end() || most->blocked == 0) return {};
-  return {most->bodies.a(), most->bodies.b(), 0.0};
+  Obstruction found = obstruction(*most, 0.0);
+  found.from = most->from;
+  found.to = most->to;
+  return found;
 }
 
 }  // namespace takt::planning

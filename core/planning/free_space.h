@@ -2,12 +2,16 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
+#include <map>
 #include <optional>
 #include <vector>
 
 #include "core/collision/body_pair.h"
 #include "core/collision/motion_check.h"
+#include "core/collision/swept_space.h"
 #include "core/kinematics/types.h"
+#include "core/planning/sweep_tree.h"
 
 /// Ways around obstacles (docs/planning.md). Realtime: setup; thread: one at a time.
 namespace takt::planning {
@@ -16,8 +20,10 @@ using kinematics::JointVector;
 
 /// Two bodies that are too near to each other.
 struct Obstruction {
-  int a = -1, b = -1;     ///< bodies of the scene
-  double distance = 0.0;  ///< m; negative: overlap
+  int a = -1, b = -1;           ///< bodies of the scene
+  double distance = 0.0;        ///< m; negative: overlap
+  int source = -1;              ///< of what b sweeps: index in SweptSpace::sources; -1: b stands
+  double from = 0.0, to = 0.0;  ///< s, SweptPose::time where it does; NaN: not known
 };
 
 /// A stretch of a path over u in [0, 1].
@@ -33,6 +39,8 @@ struct FreeSpaceOptions {
   double clearance = 4e-3;  ///< m: what paths keep beyond it, where start and goal do; links of one machine 0.5 mm
   JointVector lower = {}, upper = {};                          ///< finite: a posture outside is not free
   std::function<collision::PairRule(int a, int b)> rule = {};  ///< as in collision::CheckOptions
+  /// What others move meanwhile: what they sweep counts in place of where they stand. Null: nothing.
+  const collision::SweptSpace* swept = nullptr;
 };
 
 /// Where some joints of a scene may be, all else standing still. A stretch that it calls free is proven to be: between
@@ -40,7 +48,8 @@ struct FreeSpaceOptions {
 /// these exceptions, which begin with a call of admit():
 /// - no pair has to be further apart than it is at an admitted posture;
 /// - what is in contact at the start may part, and a held part may be lifted and set down: near such a posture the
-///   distance that is demanded grows with the way from there.
+///   distance that is demanded grows with the way from there;
+/// - a start within what others sweep may be left; the way out of it is not proven: when they come is not known here.
 class FreeSpace {
  public:
   /// How deep bodies may overlap at a start that is not meant to touch, m.
@@ -85,8 +94,13 @@ class FreeSpace {
     double floor = 0.0;  ///< m: what collision checks demand
     bool holds = false;  ///< a held part and what it may be set down on
     bool parts = false;  ///< may overlap at the start, however deep
+    int sweep = -1;      ///< what b sweeps, in sweeps_; -1: it stands
     std::vector<Exception> exceptions = {};
+    double steepest = 0.0;  ///< slope of the exceptions
     std::int64_t blocked = 0;
+    std::size_t nearest = 0;  ///< pose of the sweep at the last look
+    /// s: first and last pose of the sweep that was in the way; NaN: none, or not known
+    double from = std::numeric_limits<double>::quiet_NaN(), to = from;
   };
   /// A pair that is not proven yet between two looks, with its room at both.
   struct Open {
@@ -101,7 +115,9 @@ class FreeSpace {
   };
 
   void find_pairs(const FreeSpaceOptions& options);
-  void add_pair(int a, int b, const collision::PairRule& rule, const FreeSpaceOptions& options);
+  void add_pair(int a, int b, int sweep, const collision::PairRule& rule, const FreeSpaceOptions& options);
+  /// Number of what a body sweeps, -1: it stands; nothing: it moves, and what it sweeps does not count.
+  [[nodiscard]] std::optional<int> sweep_of(int body, const FreeSpaceOptions& options);
   /// How far a point of a body may be from the axis of a joint that moves it, m; negative: it does not.
   [[nodiscard]] double lever_of(int body, std::size_t joint) const;
   [[nodiscard]] double longest_slide(const collision::Body& body) const;
@@ -113,8 +129,15 @@ class FreeSpace {
   /// How much further apart they are than demanded, from below, m; exact where that is little.
   /// @param enough  m: more is not needed
   [[nodiscard]] double room(Pair& pair, const JointVector& q, double enough);
+  /// The same where their poses are.
+  [[nodiscard]] double room_here(Pair& pair, double least, double enough);
+  /// Puts the second body of a pair at a pose of what it sweeps.
+  void put_swept(const Pair& pair, std::size_t pose);
   /// Their distance at the posture that was put, exact below what the pair keeps. m
   [[nodiscard]] double distance(Pair& pair);
+  [[nodiscard]] double distance_here(Pair& pair, double enough);
+  static void add_exception(Pair& pair, Exception exception);
+  [[nodiscard]] Obstruction obstruction(const Pair& pair, double distance) const;
   /// By how much room can shrink over a stretch, m.
   [[nodiscard]] double way_of(const Pair& pair, const Stretch& stretch) const;
   bool note_blocked(Pair& pair, double room, const JointVector& q);
@@ -131,6 +154,8 @@ class FreeSpace {
   std::vector<int> order_;  ///< bodies that move, parents first
   collision::Poses poses_;
   std::vector<Eigen::Vector3d> centres_;  ///< of the balls around all bodies, in the world
+  std::vector<SweepTree> sweeps_;
+  std::map<int, int> sweep_of_;  ///< by body
   std::vector<Pair> pairs_;
   Obstruction last_;
   std::int64_t looks_ = 0;

@@ -227,5 +227,120 @@ TEST(PathSearch, SaysNoWhereThereIsNoPathAndWhatIsInTheWay) {
   EXPECT_EQ(std::max(most.a, most.b), cell.scene.root_of("wall"));
 }
 
+// -- Beside what others move
+// ---------------------------------------------------------------------------------------------------
+
+/// Two arms; the neighbour turns its first joint from one side to the other, and its gripper with it.
+class BesideANeighbour : public ::testing::Test {
+ protected:
+  BesideANeighbour() {
+    const auto& joints = cell.scene.joints();
+    const auto first = std::ranges::find_if(joints, [](const auto& name) { return name.starts_with("neighbour/"); });
+    turning = static_cast<int>(first - joints.begin());
+    put_neighbour();
+    motion = {.duration = 1.0, .joints = {turning}, .acceleration = {0.0}, .at = {}};
+    motion.at = [this](double time, std::vector<double>& q) { q[static_cast<std::size_t>(turning)] = turn_at(time); };
+    const std::vector<bool> moved = cell.scene.moved_by(cell.state, motion.joints);
+    for (std::size_t body = 0; body < moved.size(); ++body)
+      if (moved[body]) bodies.push_back(static_cast<int>(body));
+  }
+  static double turn_at(double time) { return -0.9 + 0.6 * time; }
+  static constexpr double kReaching[] = {0.0, -0.6, 0.0, 1.2, 0.0, -0.7, 0.0};
+  void put_neighbour() {
+    for (std::size_t j = 0; j < 7; ++j) cell.state.q[static_cast<std::size_t>(turning) + j] = kReaching[j];
+  }
+  /// Of the own arm: reaching into the middle too.
+  static JointVector drawn(Random& random) {
+    JointVector q(7);
+    for (Eigen::Index j = 0; j < 7; ++j) q[j] = kReaching[j] + random.uniform(-0.6, 0.6);
+    return q;
+  }
+
+  [[nodiscard]] FreeSpace space_beside(const collision::SweptSpace& swept) const {
+    return FreeSpace(cell.scene, cell.state, cell.joints,
+                     {.lower = cell.arm->limits.lower, .upper = cell.arm->limits.upper, .rule = {}, .swept = &swept});
+  }
+  [[nodiscard]] collision::SweptSpace swept() const {
+    collision::SweptSpace space;
+    collision::add_swept(cell.scene, cell.state, motion, bodies, 0.01, 0.0, space.source("turn"), space);
+    return space;
+  }
+  /// The least distance at an own posture, wherever the neighbour is on its way.
+  [[nodiscard]] double least_distance_beside(const JointVector& q) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k <= 50; ++k) {
+      cell.state.q[static_cast<std::size_t>(turning)] = turn_at(k / 50.0);
+      least = std::min(least, least_distance(cell, q));
+    }
+    return least;
+  }
+
+  PlanningCell cell{PlanningCell::Kind::kTwoArms};
+  int turning = 0;
+  collision::Trajectory motion;
+  std::vector<int> bodies;
+};
+
+/// What the proof says of random lines, against the neighbour at many places on its way.
+TEST_F(BesideANeighbour, CallsNoLineFreeThatComesTooNearToWhatItSweeps) {
+  const collision::SweptSpace space_swept = swept();
+  FreeSpace space = space_beside(space_swept);
+  Random random(3);
+  int free = 0, blocked = 0;
+  for (int i = 0; i < 60; ++i) {
+    const JointVector from = drawn(random);
+    JointVector to = from;
+    for (Eigen::Index j = 0; j < to.size(); ++j) to[j] += random.uniform(-0.2, 0.2);
+    const bool is_free = space.is_free_line(from, to);
+    ++(is_free ? free : blocked);
+    for (int k = 0; is_free && k <= 4; ++k) EXPECT_GT(least_distance_beside(from + k / 4.0 * (to - from)), kMargin);
+  }
+  EXPECT_GT(free, 5);
+  EXPECT_GT(blocked, 5);
+}
+
+TEST_F(BesideANeighbour, WhatItSweepsCountsInPlaceOfWhereItStands) {
+  collision::SweptSpace elsewhere;
+  for (const int body : bodies) elsewhere.bodies[body] = {};
+  Random random(8);
+  int blocked = 0;
+  for (int i = 0; i < 2000 && blocked < 5; ++i) {
+    const JointVector q = drawn(random);
+    cell.state.q[static_cast<std::size_t>(turning)] = 3.0;  // it looks away
+    if (!cell.free_space().is_free(q)) continue;
+    cell.state.q[static_cast<std::size_t>(turning)] = -0.3;
+    if (cell.free_space().is_free(q)) continue;
+    ++blocked;
+    EXPECT_TRUE(space_beside(elsewhere).is_free(q));
+    cell.state.q[static_cast<std::size_t>(turning)] = 3.0;
+    EXPECT_FALSE(space_beside(swept()).is_free(q)) << "it comes by there";
+  }
+  EXPECT_EQ(blocked, 5);
+}
+
+TEST_F(BesideANeighbour, AStartWithinWhatItSweepsMayBeLeftAndAGoalThereIsRefused) {
+  const collision::SweptSpace space_swept = swept();
+  Random random(5);
+  JointVector inside;
+  for (int i = 0; i < 2000 && inside.size() == 0; ++i) {
+    const JointVector q = drawn(random);
+    collision::SweptSpace nothing;
+    for (const int body : bodies) nothing.bodies[body] = {};
+    FreeSpace without = space_beside(nothing), beside = space_beside(space_swept);
+    if (without.is_free(q) && !beside.is_free(q)) inside = q;
+  }
+  ASSERT_GT(inside.size(), 0);
+  FreeSpace as_goal = space_beside(space_swept);
+  const auto refused = as_goal.admit_goal(inside);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->source, 0);
+  EXPECT_GE(refused->from, 0.0);
+  EXPECT_LE(refused->to, motion.duration);
+  EXPECT_THAT(cell.scene.body(refused->b).name, ::testing::StartsWith("neighbour"));
+  FreeSpace as_start = space_beside(space_swept);
+  EXPECT_FALSE(as_start.admit_start(inside));
+  EXPECT_TRUE(as_start.is_free(inside));
+}
+
 }  // namespace
 }  // namespace takt::planning
