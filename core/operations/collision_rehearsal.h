@@ -8,6 +8,8 @@
 
 #include "core/activity/motion_collisions.h"
 #include "core/base/diagnostics.h"
+#include "core/operations/move_review.h"
+#include "core/operations/timeline.h"
 
 /// What planned motions are checked with while a program is rehearsed (docs/world.md). Nothing happens where the cell
 /// has no shapes, or its file switches the check off. Realtime: setup.
@@ -15,27 +17,16 @@ namespace takt::activity {
 
 struct Rehearsal;
 
-/// Something of a branch at a time of the rehearsal: how it believes the cell to be, and the motion that begins then.
-struct PlayedStep {
-  double begin = 0.0;  ///< s
-  int branch = 0;
-  bool timed = true;  ///< `begin` is known
-  collision::Situation before;
-  std::optional<CheckedMotion> motion = {};
-  double stops = 0.0;  ///< s after its begin: the motion goes no further, it touches
-
-  [[nodiscard]] double end() const { return begin + (motion ? motion->duration() : 0.0); }
-};
-
 /// What a rehearsal knows for the check. Copied with it.
 struct CollisionRecord {
   command::FingerWidths widths;  ///< of grippers that have moved, m
   /// Of all branches since the outermost parallel began; outside of one: empty.
-  std::vector<std::shared_ptr<const PlayedStep>> played;
+  PlayedSteps played;
   int branch = 0;                                ///< the one that is being played; 0: no parallel
-  std::shared_ptr<int> branches = {};            ///< how many there were
+  std::shared_ptr<BranchParents> branches = {};  ///< all that there were in the outermost parallel
   bool timed = true;                             ///< the times of this branch are known so far
   std::vector<FoundCollision>* found = nullptr;  ///< who wants to see the collisions; null: nobody
+  Meanwhile meanwhile = {};                      ///< what others do while a `move` is carried out
 };
 
 /// The cell as the rehearsal believes it to be now. The cell has shapes.
@@ -49,6 +40,24 @@ void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics);
 void check_planned(Rehearsal& rehearsal, CheckedMotion motion, Diagnostics& diagnostics,
                    const std::set<std::string>& unknown = {});
 
+/// A planned motion that begins so long after others of the same net, s.
+struct TimedMotion {
+  CheckedMotion motion;
+  double begin = 0.0;
+};
+/// The same of several on one clock.
+void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diagnostics& diagnostics,
+                    const std::set<std::string>& unknown = {});
+
+/// What the fingers of a gripper meet on their way to where note_fingers() has put them.
+/// @param before  the cell when they began   @param closes  what is between them may be touched
+/// @param pointer  of the step
+void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const collision::Situation& before,
+                   bool closes, const std::string& pointer, Diagnostics& diagnostics);
+
+/// The next planned motion is that of such `move`s. @param pointers  of them; none: it is not
+void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::string> pointers);
+
 /// How long what comes now takes is not known: times of this branch are not any more.
 void lose_time(Rehearsal& rehearsal);
 
@@ -58,21 +67,30 @@ void note_fingers(Rehearsal& rehearsal, const std::string& gripper, double width
 /// Branches that run at the same time: made before the first is played, asked once all are.
 class BranchesTogether {
  public:
-  explicit BranchesTogether(Rehearsal& rehearsal);
+  /// @param parallel  pointer of what they belong to
+  BranchesTogether(Rehearsal& rehearsal, const std::string& parallel);
   /// Another branch begins at the time at which all do.
   void begin_branch();
   void end_branch();
+  /// Once all are played: whether a `move` in one of them has to be planned anew for what others do. Then the rehearsal
+  /// is as it was when this was made, and all of them are to be played again.
+  /// @param said  by playing them
+  [[nodiscard]] bool play_again(const Diagnostics& said);
   /// Checks the motions of all of them against each other. Of a parallel in a branch of another one the outer does it.
   void finish(Diagnostics& diagnostics);
 
  private:
   void note();
+  void go_back();
 
   Rehearsal& rehearsal_;
   int outer_;   ///< branch
   bool timed_;  ///< of the outer one
   bool all_timed_ = true;
   std::optional<collision::Situation> begin_;  ///< of the outermost
+  std::optional<MoveReview> review_;           ///< likewise
+  std::unique_ptr<const Rehearsal> before_;    ///< likewise
+  std::size_t nets_ = 0, found_ = 0;           ///< how many there were before
 };
 
 }  // namespace takt::activity

@@ -13,6 +13,7 @@
 #include "core/command/check.h"
 #include "core/command/mapping.h"
 #include "core/operations/command_builder.h"
+#include "core/operations/command_collisions.h"
 #include "core/operations/compliance.h"
 #include "core/operations/operation_command.h"
 #include "core/operations/rehearsed_net.h"
@@ -54,8 +55,8 @@ Diagnostics plan(const CommandBuilder& tree, const command::Cell& cell, command:
 /// A tree of commands that was made for one execution. Its locations are those below the step.
 struct MadeStep {
   MadeStep(const OperationCommand& root, const command::Cell& cell, const command::Biases& biases,
-           const command::ExternalHandler& tell)
-      : tree(root, {.cell = cell, .biases = biases, .notes = notes, .tell = tell}) {}
+           const command::ExternalHandler& tell, const Meanwhile& meanwhile)
+      : tree(root, {.cell = cell, .biases = biases, .notes = notes, .tell = tell, .meanwhile = meanwhile}) {}
   Diagnostics notes;  ///< of planners; what there is to say was said in the rehearsal
   CommandBuilder tree;
 };
@@ -81,38 +82,6 @@ std::vector<std::string> driven_by(const CommandBuilder& tree) {
   return devices;
 }
 
-/// What its commands mean to touch.
-collision::Touching touching(const CommandBuilder& tree) {
-  collision::Touching all;
-  for (const CommandBuilder::Part& part : tree.parts()) {
-    const auto own = part.request->meant_touch().devices;
-    all.insert(own.begin(), own.end());
-  }
-  return all;
-}
-
-/// The planned motions of a tree, each from where it begins. Where other arms of the tree are meanwhile nobody knows.
-void check_motions(const CommandBuilder& tree, Rehearsal& rehearsal, Diagnostics& diagnostics) {
-  const std::vector<std::string> driven = driven_by(tree);
-  const collision::Touching all = touching(tree);
-  for (const CommandBuilder::Part& part : tree.parts()) {
-    const command::PlannedMotion* motion =
-        part.made.action ? part.made.command.node()->model().planned_motion() : nullptr;
-    if (motion == nullptr) continue;
-    const command::ActuatorModel& actuator = part.made.actuator->model();
-    const OperationCommand::MeantTouch touch = part.request->meant_touch();
-    CheckedMotion checked{.tracks = tracks_of(*motion, actuator, rehearsal.cell),
-                          .parts = {{0.0, part.request->name, part.request->pointer}},
-                          .touching = all};
-    checked.ends_at_touch = touch.ends;
-    if (touch.first_motion > 0 && touch.first_motion <= motion->handed_over.size())
-      checked.touch_from = motion->handed_over[touch.first_motion - 1];
-    std::set<std::string> others(driven.begin(), driven.end());
-    for (const std::string& own : actuator.devices()) others.erase(own);
-    check_planned(rehearsal, std::move(checked), diagnostics, others);
-  }
-}
-
 /// Those of its devices that are compliant with it: of an arm on a base the arm alone.
 std::vector<std::string> compliant_devices(const command::ActuatorModel& actuator) {
   const auto arms = actuator.arms(), compliant = actuator.compliant_arms();
@@ -130,8 +99,12 @@ class TreeActivity final : public ActivityModel {
   using Keys = std::vector<std::pair<const OperationCommand*, std::string>>;
 
   TreeActivity(const OperationCommand& root, const Context& context, command::ExternalHandler tell)
-      : ActivityModel(root.name), root_(root), biases_(context.variables.biases), tell_(std::move(tell)) {
-    const MadeStep made(root_, context.cell, biases_, tell_);
+      : ActivityModel(root.name),
+        root_(root),
+        biases_(context.variables.biases),
+        tell_(std::move(tell)),
+        meanwhile_(context.meanwhile) {
+    const MadeStep made(root_, context.cell, biases_, tell_, meanwhile_);
     actuators_ = driven_by(made.tree);
     for (const CommandBuilder::Part& part : made.tree.parts()) keys_.emplace_back(part.request, part.key);
   }
@@ -141,7 +114,7 @@ class TreeActivity final : public ActivityModel {
   [[nodiscard]] const Keys& keys() const { return keys_; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    const MadeStep made(root_, planning.cell, biases_, tell_);
+    const MadeStep made(root_, planning.cell, biases_, tell_, meanwhile_);
     command::Places places = places_before(planning);
     command::TreeEnd end;
     if (const Diagnostics wrong = plan(made.tree, planning.cell, places, end); wrong.has_errors())
@@ -155,6 +128,7 @@ class TreeActivity final : public ActivityModel {
   const OperationCommand& root_;
   command::Biases biases_;
   command::ExternalHandler tell_;
+  Meanwhile meanwhile_;
   std::vector<std::string> actuators_;
   Keys keys_;
 };
@@ -361,7 +335,8 @@ class CommandStep final : public Step {
     settle_rehearsal(rehearsal, diagnostics);
     const command::Biases untared;
     Diagnostics notes;
-    const BuildContext making{.cell = rehearsal.cell, .biases = untared, .notes = notes};
+    const BuildContext making{
+        .cell = rehearsal.cell, .biases = untared, .notes = notes, .meanwhile = rehearsal.collisions.meanwhile};
     const CommandBuilder tree(*root_, making);
     command::Places places = rehearsal.q;
     command::TreeEnd end;

@@ -107,6 +107,8 @@ void rehearse_grip(const FingerMotion& parameters, const std::string& pointer, R
   rehearsal.duration += gripper.stroke / parameters.speed.value_or(0.25 * gripper.speed_max);
   const Gripping gripping = gripping_of(parameters, rehearsal.q[mounted.arm]);
   rehearsal.told_masses.erase(parameters.gripper);
+  const std::optional<collision::Situation> before =
+      rehearsal.cell.shapes != nullptr ? std::optional(situation_of(rehearsal)) : std::nullopt;
   const auto left = leave_part(rehearsal.cell, gripping);
   if (!left) diagnostics.append(left.error(), pointer);
   const double width = parameters.width.value_or(parameters.opens ? gripper.stroke : 0.0);
@@ -118,6 +120,7 @@ void rehearse_grip(const FingerMotion& parameters, const std::string& pointer, R
     if (!parameters.part && !hold->object.empty()) rehearsal.one_of_many.insert(hold->object);
     if (parameters.part_mass > 0.0) rehearsal.told_masses[parameters.gripper] = pointer + "/part_mass_kg";
   }
+  if (before) check_fingers(rehearsal, parameters.gripper, *before, !parameters.opens, pointer, diagnostics);
   command::expect_tool_settings(rehearsal.cell);
 }
 

@@ -239,6 +239,20 @@ TEST(Neighbours, AtTimesThatAreNotKnownAreNoted) {
   EXPECT_TRUE(noted);
 }
 
+TEST(Neighbours, OfOneTransactionAreCheckedAgainstEachOther) {
+  const auto command = [](const std::string& arm) {
+    return fmt::format(R"("{0} reaches": {{"do": "ptp", "arm": "{0}", "start": true,
+                          "to": {{"joints_deg": [0, -70, 0, 40, 0, 0, 0]}}}})",
+                       arm);
+  };
+  const auto both = [](const std::string& commands) {
+    return rehearsed(two_arms(R"({"do": "transaction", "name": "both", "commands": {)" + commands + "}}"));
+  };
+  EXPECT_THAT(both(command("left") + ", " + command("right")),
+              ReportsAnywhere(Code::kCollision, {"left reaches", "right reaches"}));
+  EXPECT_THAT(both(command("left")), Not(ReportsAnywhere(Code::kCollision)));
+}
+
 TEST(Bases, AnArmOnABaseMeetsWhatTheBaseDrivesInto) {
   const std::string text = R"({"devices": {
       "base": {"model": "youbot_base", "at": {"in": "world"}},

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "core/activity/motion_collisions.h"
+#include "core/base/diagnostics.h"
+
+/// What the branches of a program do at the same time, as it is rehearsed (docs/world.md). Realtime: setup.
+namespace takt::activity {
+
+/// Something of a branch at a time of the rehearsal: how it believes the cell to be, and the motion that begins then.
+struct PlayedStep {
+  double begin = 0.0;  ///< s
+  int branch = 0;
+  bool timed = true;  ///< `begin` is known
+  collision::Situation before;
+  std::optional<CheckedMotion> motion = {};
+  double stops = 0.0;                   ///< s after its begin: the motion goes no further, it touches
+  std::string arm = {};                 ///< of the motion of a `move`, also of one that finds no path
+  std::vector<std::string> moves = {};  ///< pointers of the `move`s in it
+
+  [[nodiscard]] double end() const { return begin + (motion ? motion->duration() : 0.0); }
+  /// It drives one of these arms.
+  [[nodiscard]] bool drives(const std::set<std::string>& arms) const;
+};
+using PlayedSteps = std::vector<std::shared_ptr<const PlayedStep>>;
+
+/// A collision of a motion. @param time  s after the motion begins
+[[nodiscard]] FoundCollision found_in(const CheckedMotion& motion, const collision::CellShapes& shapes,
+                                      const collision::State& before, const collision::Hit& hit, double time);
+
+/// Motions of one branch or of several, on one clock.
+class Timeline {
+ public:
+  /// The cell must outlive it. @param begin  how all of it is before anything of this happens
+  Timeline(const command::Cell& cell, collision::Situation begin, PlayedSteps played);
+
+  /// Checks all motions against each other and against what stands.
+  /// @param found  gets the collisions; may be null
+  void check(std::vector<FoundCollision>* found, Diagnostics& diagnostics);
+
+  [[nodiscard]] const command::Cell& cell() const { return cell_; }
+  [[nodiscard]] const PlayedSteps& played() const { return played_; }
+  /// Times at which something begins, ends or changes hands, s, in their order.
+  [[nodiscard]] const std::vector<double>& borders() const { return borders_; }
+  /// All that is known of the cell at a time, but for where the motions are that are being carried out then.
+  [[nodiscard]] collision::Situation situation_at(double time) const;
+  /// All arms that carry a body, an arm's base among them.
+  [[nodiscard]] std::set<std::string> arms_of(int body, const collision::Situation& situation) const;
+
+ private:
+  void find_borders();
+  /// Between two borders nothing begins, ends or changes hands.
+  void check_between(double from, double to, std::vector<FoundCollision>* found, Diagnostics& diagnostics);
+  /// One for each pair of machines or objects: what follows of a collision is no news.
+  void report(const collision::Hit& hit, double from, const collision::Situation& at_begin,
+              const std::vector<const PlayedStep*>& moving, std::vector<FoundCollision>* found,
+              Diagnostics& diagnostics);
+  /// Either one branch alone brings both where they meet, or all times are known until then.
+  [[nodiscard]] bool is_certain(const std::set<std::string>& of_a, const std::set<std::string>& of_b,
+                                double time) const;
+  /// What its branch has changed since it began is so; the latest counts.
+  template <class Differs>
+  [[nodiscard]] const collision::Situation& latest(double time, const Differs& differs) const;
+  void put_objects(double time, collision::Situation& now) const;
+  void put_fingers(double time, collision::Situation& now) const;
+
+  const command::Cell& cell_;
+  const collision::CellShapes& shapes_;
+  collision::Situation begin_;
+  PlayedSteps played_;
+  std::map<int, const PlayedStep*> first_of_branch_;
+  std::vector<double> borders_;
+  std::set<std::tuple<const PlayedStep*, std::string, std::string>> reported_;
+};
+
+}  // namespace takt::activity
