@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/activity/meanwhile.h"
 #include "core/expression/cell.h"
 #include "core/rcc/control_core.h"
 #include "core/world/pose_fit.h"
@@ -45,6 +46,7 @@ struct Context {
   EventSink event;
   const RealtimeSupport* realtime = nullptr;  ///< null: lock-step
   Scheduler* scheduler = nullptr;             ///< of the activities of the program that runs; its runner sets it
+  Meanwhile meanwhile = {};                   ///< what the rehearsal found; a parallel that runs names itself in it
 };
 
 }  // namespace takt::activity

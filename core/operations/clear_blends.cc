@@ -55,6 +55,27 @@ std::vector<LegMaker> with_shares(const std::vector<LegMaker>& makers, const Ble
 /// Means to touch something: its tool may.
 bool may_touch(const MotionTask& request) { return request.until || request.force_offset || request.compliance; }
 
+/// What others move meanwhile is left out: where that is then shows in the rehearsal.
+collision::Situation situation_for(const std::vector<MotionTask>& requests, const Surroundings& surroundings) {
+  collision::Situation situation = surroundings.situation();
+  for (const MotionTask& request : requests) {
+    const auto swept = surroundings.meanwhile.beside(request.pointer);
+    if (swept == nullptr) continue;
+    for (const auto& [body, poses] : swept->bodies) situation.unknown.insert(body);
+  }
+  return situation;
+}
+
+/// Without what carries on with other machines now.
+collision::Situation without_moving(collision::Situation situation, const command::Cell& cell, const std::string& own) {
+  const collision::ContactRules rules(*cell.shapes, situation);
+  for (int body = 0; body < static_cast<int>(cell.shapes->scene.bodies().size()); ++body) {
+    const auto arm = cell.arms.find(rules.arm_of(body));
+    if (arm != cell.arms.end() && arm->first != own && arm->second.device->held()) situation.unknown.insert(body);
+  }
+  return situation;
+}
+
 /// A planned sequence in its surroundings.
 class SequenceCheck {
  public:
@@ -63,7 +84,7 @@ class SequenceCheck {
       : cell_(cell),
         arm_(arm),
         name_(requests.front().arm),
-        situation_(surroundings()),
+        situation_(situation_for(requests, surroundings)),
         rules_(*cell.shapes, situation_) {
     if (std::ranges::any_of(requests, may_touch)) touching_.insert(name_);
   }
@@ -142,6 +163,15 @@ Result<SequencePlan> plan_clear_sequence(const std::vector<MotionTask>& requests
   }
   note_shares(requests, shares, *plan);
   return plan;
+}
+
+bool is_clear_blend(const std::vector<MotionTask>& requests, const command::Cell& cell, const motion::ArmModel& arm,
+                    const Surroundings& surroundings, const SequencePlan& from_rest, const SequencePlan& from_blend) {
+  if (cell.shapes == nullptr || !cell.shapes->off.empty()) return true;
+  Surroundings around = surroundings;
+  around.situation = [&] { return without_moving(surroundings.situation(), cell, requests.front().arm); };
+  const SequenceCheck check(requests, cell, arm, around);
+  return !check.first_hit(from_blend.motion) || check.first_hit(from_rest.motion);
 }
 
 }  // namespace takt::activity

@@ -18,4 +18,11 @@ namespace takt::activity {
                                                                const std::vector<motion::LegMaker>& makers,
                                                                const Surroundings& surroundings);
 
+/// Of a blend that is decided in the run: whether the motion with it collides with nothing that the one without it
+/// keeps clear of. Machines that others move now are left out: where they will be is not known here.
+/// @param from_rest, from_blend  of the same requests, begun at rest and out of the motion before
+[[nodiscard]] bool is_clear_blend(const std::vector<MotionTask>& requests, const command::Cell& cell,
+                                  const motion::ArmModel& arm, const Surroundings& surroundings,
+                                  const motion::SequencePlan& from_rest, const motion::SequencePlan& from_blend);
+
 }  // namespace takt::activity

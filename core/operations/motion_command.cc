@@ -196,7 +196,9 @@ class MotionCommand final : public OperationCommand {
   [[nodiscard]] command::Action motion_alone(const BuildContext& making) const {
     return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
       const command::Cell cell = cell_at(making.cell, q_start);
-      auto plan = plan_motions(requests, cell, q_start.at(arm()), surroundings_at(cell, q_start));
+      Surroundings around = surroundings_at(cell, q_start);
+      around.meanwhile = making.meanwhile;
+      auto plan = plan_motions(requests, cell, q_start.at(arm()), around);
       if (!plan) return Planned(placed(plan.error()));
       making.notes.append(plan->notes);
       command::PlannedMotion motion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),

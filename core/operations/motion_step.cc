@@ -32,7 +32,7 @@ class MotionRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context& context) override {
-    return requested_motion(requests_, context.variables.biases);
+    return requested_motion(requests_, context.variables.biases, context.meanwhile);
   }
 
   Progress finish(Context& context, Diagnostics& diagnostics) override {
@@ -117,9 +117,10 @@ class MotionStep final : public Step {
     if (last.blends()) note_open_end(rehearsal, diagnostics);
     if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
     rehearsal.touched[last.arm] = last.until.has_value();
-    const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q, [&rehearsal] {
-      return situation_of(rehearsal);
-    });
+    note_moves(rehearsal, last.arm, moves());
+    const Surroundings surroundings{.situation = [&rehearsal] { return situation_of(rehearsal); },
+                                    .meanwhile = rehearsal.collisions.meanwhile};
+    const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q, surroundings);
     if (!alone) {
       diagnostics.append(alone.error(), pointer);
       return;
@@ -149,6 +150,13 @@ class MotionStep final : public Step {
   }
 
  private:
+  /// Pointers of those that find their own paths.
+  [[nodiscard]] std::vector<std::string> moves() const {
+    std::vector<std::string> pointers;
+    for (const MotionTask& request : requests_)
+      if (request.kind == PathKind::kMove) pointers.push_back(request.pointer);
+    return pointers;
+  }
   [[nodiscard]] CheckedMotion checked(const command::Command& command, const command::Cell& cell) const {
     if (cell.shapes == nullptr) return {};
     const command::PlannedMotion& motion = *command.node()->model().planned_motion();

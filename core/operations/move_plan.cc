@@ -62,7 +62,8 @@ class Around {
   Around(const command::Cell& cell, const MotionTask& request, const Surroundings& surroundings, const Box& box,
          double clearance)
       : shapes_(*cell.shapes),
-        situation_(surroundings()),
+        situation_(surroundings.situation()),
+        swept_(surroundings.meanwhile.beside(request.pointer)),
         rules_(shapes_, situation_),
         own_{request.arm},
         space_(shapes_.scene, situation_.state, shapes_.arms.find(request.arm)->second.joints,
@@ -70,7 +71,8 @@ class Around {
                 .clearance = clearance,
                 .lower = box.lower,
                 .upper = box.upper,
-                .rule = [this](int a, int b) { return rule(a, b); }}) {}
+                .rule = [this](int a, int b) { return rule(a, b); },
+                .swept = swept_.get()}) {}
   Around(const Around&) = delete;
   Around& operator=(const Around&) = delete;
 
@@ -78,7 +80,8 @@ class Around {
 
   [[nodiscard]] std::string names(const Obstruction& found) const {
     if (found.a < 0) return "the range of a joint";
-    return fmt::format("'{}' and '{}'", shapes_.scene.body(found.a).name, shapes_.scene.body(found.b).name);
+    return fmt::format("'{}' and '{}'{}", shapes_.scene.body(found.a).name, shapes_.scene.body(found.b).name,
+                       meanwhile(found));
   }
   [[nodiscard]] std::string text(const Obstruction& found) const {
     return found.distance <= 0.0 ? fmt::format("{} overlap by {:.2f} mm", names(found), -1e3 * found.distance)
@@ -87,6 +90,15 @@ class Around {
   [[nodiscard]] double margin() const { return shapes_.margin; }
 
  private:
+  /// Of what moves by itself: in which motion, and when it is in the way.
+  [[nodiscard]] std::string meanwhile(const Obstruction& found) const {
+    if (found.source < 0) return {};
+    const std::string& step = swept_->sources[static_cast<std::size_t>(found.source)];
+    if (std::isnan(found.from)) return fmt::format(" (which '{}' moves, it is not known when)", step);
+    if (found.to - found.from < 0.005)
+      return fmt::format(" (which '{}' moves, {:.2f} s after this begins)", step, found.from);
+    return fmt::format(" (which '{}' moves, {:.2f} to {:.2f} s after this begins)", step, found.from, found.to);
+  }
   /// Tools and what they hold may be in contact where a motion begins, as after a touch; links may not.
   [[nodiscard]] collision::PairRule rule(int a, int b) const {
     collision::PairRule rule = collision::rule_for(rules_.contact(a, b, {}), collision::kSetDownOverlap);
@@ -96,6 +108,7 @@ class Around {
 
   const CellShapes& shapes_;
   Situation situation_;
+  std::shared_ptr<const collision::SweptSpace> swept_;
   collision::ContactRules rules_;
   collision::Touching own_;
   planning::FreeSpace space_;
@@ -168,12 +181,12 @@ std::unexpected<Diagnostics> no_path(const Around& around, const Obstruction& mo
 }  // namespace
 
 Surroundings surroundings_at(const command::Cell& cell, command::Places places) {
-  return [&cell, places = std::move(places)] {
+  return {.situation = [&cell, places = std::move(places)] {
     command::Places all = places;
     for (const auto& [name, arm] : cell.arms)
       all.try_emplace(name, arm.set_point().size() > 0 ? arm.set_point() : arm.start);
     return command::believed_situation(cell, all, command::measured_widths(cell));
-  };
+  }};
 }
 
 Result<motion::Leg> move_leg(const MotionTask& request, const command::Cell& cell, const JointVector& q,

@@ -2,21 +2,28 @@
 
 #include <functional>
 
+#include "core/activity/meanwhile.h"
 #include "core/collision/contact_rules.h"
 #include "core/operations/motion.h"
 
 /// Motions that avoid obstacles (docs/planning.md). Realtime: setup.
 namespace takt::activity {
 
-/// The cell as it is believed to be when motions begin. Asked only for motions that look where they can go.
-using Surroundings = std::function<collision::Situation()>;
+/// What motions that look where they can go find there.
+struct Surroundings {
+  std::function<collision::Situation()> situation = {};  ///< the cell as it is believed to be when they begin
+  Meanwhile meanwhile = {};                              ///< what others do while they are carried out
+
+  explicit operator bool() const { return situation != nullptr; }
+};
 
 /// Machines where they are now, but for those that are named. It refers to the cell.
 [[nodiscard]] Surroundings surroundings_at(const command::Cell& cell, command::Places places);
 
 /// The geometry of a `move` from q (rad or m): a path that is proven to be free, with round corners.
 /// @return the leg, without shares and blend; or diagnostics "/to": out of reach; the code collision: in collision at
-/// the start or at each goal; planning-failed: no path was found, and what is most in the way. All name both bodies.
+/// the start or at each goal; planning-failed: no path was found, and what is most in the way. All name both bodies,
+/// and of one that moves meanwhile its motion and when that is.
 [[nodiscard]] Result<motion::Leg> move_leg(const MotionTask& request, const command::Cell& cell,
                                            const kinematics::JointVector& q, const Surroundings& surroundings);
 

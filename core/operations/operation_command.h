@@ -32,6 +32,7 @@ struct BuildContext {
   Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
   std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
   command::ExternalHandler tell = {};                ///< gets external effects
+  Meanwhile meanwhile = {};                          ///< what other branches do while a `move` is carried out
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.

@@ -8,6 +8,7 @@
 #include "core/activity/motion_collisions.h"
 #include "core/activity/pair_motion.h"
 #include "core/expression/condition_state.h"
+#include "core/operations/clear_blends.h"
 
 namespace takt::activity {
 namespace {
@@ -18,8 +19,11 @@ using Places = std::map<std::string, JointVector, std::less<>>;
 /// What is the same for one arm and for two.
 class Requested : public RequestedMotion {
  public:
-  Requested(const std::vector<MotionTask>& requests, command::Biases biases)
-      : RequestedMotion(requests.front().name), requests_(requests), biases_(std::move(biases)) {}
+  Requested(const std::vector<MotionTask>& requests, command::Biases biases, Meanwhile meanwhile)
+      : RequestedMotion(requests.front().name),
+        requests_(requests),
+        biases_(std::move(biases)),
+        meanwhile_(std::move(meanwhile)) {}
 
  protected:
   [[nodiscard]] const std::vector<MotionTask>& requests() const { return requests_; }
@@ -44,8 +48,8 @@ class Requested : public RequestedMotion {
                    fmt::format("'{}': the end position of the arm is unknown before the run", name()),
                    "a motion after the end of what runs");
   }
-  static Surroundings surroundings(const PlanningContext& planning) {
-    return [&planning] { return situation_before(planning); };
+  [[nodiscard]] Surroundings surroundings(const PlanningContext& planning) const {
+    return {.situation = [&planning] { return situation_before(planning); }, .meanwhile = meanwhile_};
   }
   static PlanningContext nothing_before(const command::Cell& cell) {
     return {.cell = cell, .period = kMillisecond, .predecessors = {}};
@@ -54,6 +58,7 @@ class Requested : public RequestedMotion {
  private:
   std::vector<MotionTask> requests_;
   command::Biases biases_;
+  Meanwhile meanwhile_;
 };
 
 class OfOneArm final : public Requested {
@@ -71,8 +76,9 @@ class OfOneArm final : public Requested {
     auto plan = plan_motions(requests(), planning.cell, *before.at_end.q, surroundings(planning));
     if (!plan) return std::unexpected(std::move(plan.error()));
     // What is laid over the first motion begins at rest.
-    return prepare(planning, std::move(*plan),
-                   requests().front().has_overlay() ? std::nullopt : blended_plan(planning, before));
+    auto from_blend = requests().front().has_overlay() ? std::nullopt : blended_plan(planning, before);
+    if (from_blend && !may_be_blended(planning, before, *plan, *from_blend)) from_blend.reset();
+    return prepare(planning, std::move(*plan), std::move(from_blend));
   }
 
   [[nodiscard]] Result<Alone> alone(const command::Cell& cell, const Places& q,
@@ -115,6 +121,15 @@ class OfOneArm final : public Requested {
     return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()),
                       .parameters = force.control_parameters(),
                       .first = *first};
+  }
+
+  /// A corner at an end of a `move` must not be cut into something. Then the arm comes to rest at it.
+  [[nodiscard]] bool may_be_blended(const PlanningContext& planning, const Predecessor& before,
+                                    const motion::SequencePlan& from_rest,
+                                    const motion::SequencePlan& from_blend) const {
+    if (!before.leaving->motion.avoids && requests().front().kind != PathKind::kMove) return true;
+    const motion::ArmModel model = command::planning_model(planning.cell.arms.find(last().arm)->second);
+    return is_clear_blend(requests(), planning.cell, model, surroundings(planning), from_rest, from_blend);
   }
 
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const PlanningContext& planning,
@@ -188,7 +203,8 @@ MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, co
                         .linear_velocity = motion.linear_velocity,
                         .blend = motion.blend,
                         .X_FM = motion.X_FM,
-                        .weave = motion.weave};
+                        .weave = motion.weave,
+                        .avoids = motion.kind == PathKind::kMove};
   if (motion.until) options.until = command::state_of(*motion.until, cell, biases);
   if (motion.abort_if) options.abort_if = command::state_of(*motion.abort_if, cell, biases);
   const int joint_count = cell.arms.find(motion.arm)->second.device->description().chain->joint_count();
@@ -200,10 +216,11 @@ MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, co
   return options;
 }
 
-std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionTask>& requests,
-                                                        command::Biases biases) {
-  if (requests.front().follower.empty()) return std::make_shared<const OfOneArm>(requests, std::move(biases));
-  return std::make_shared<const OfTwoArms>(requests, std::move(biases));
+std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionTask>& requests, command::Biases biases,
+                                                        Meanwhile meanwhile) {
+  if (requests.front().follower.empty())
+    return std::make_shared<const OfOneArm>(requests, std::move(biases), std::move(meanwhile));
+  return std::make_shared<const OfTwoArms>(requests, std::move(biases), std::move(meanwhile));
 }
 
 }  // namespace takt::activity

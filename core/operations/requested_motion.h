@@ -33,7 +33,8 @@ class RequestedMotion : public ActivityModel {
 
 /// @param requests  at least one, all of the same arm, or of the same two
 /// @param biases    of the sensors in their conditions
+/// @param meanwhile  what others do while a `move` among them is carried out
 [[nodiscard]] std::shared_ptr<const RequestedMotion> requested_motion(const std::vector<MotionTask>& requests,
-                                                                      command::Biases biases);
+                                                                      command::Biases biases, Meanwhile meanwhile = {});
 
 }  // namespace takt::activity

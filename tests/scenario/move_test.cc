@@ -1,5 +1,7 @@
 // The operation `move`: ways around obstacles, in files (docs/planning.md). Whether a path is free is judged by the
 // rehearsal's check of the timed motion, which knows nothing of the search.
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -147,6 +149,79 @@ TEST(Move, IsACommandOfATransaction) {
   const Diagnostics said = rehearsed(cell_with(kRight + R"({"do": "transaction", "name": "around", "commands": {"go":
       {"do": "move", "start": true, "to": {"joints_deg": [90, -30, 0, 90, 0, -60, 0]}}}})"));
   EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
+// -- Beside machines that move
+// ---------------------------------------------------------------------------------------------------
+
+/// Two arms that face each other, each turned to its right; between them there is room for one. @param branches  of
+/// each arm, in the order of the file
+std::string two_arms(const std::string& left, const std::string& right) {
+  return fmt::format(R"({{"devices": {{
+      "left": {{"model": "lwr4plus", "at": {{"in": "world"}}}},
+      "right": {{"model": "lwr4plus", "at": {{"in": "world", "position_m": [1.25, 0, 0], "rpy_deg": [0, 0, 180]}}}}}},
+      "program": {{"do": "sequence", "steps": [
+        {{"do": "ptp", "arm": "left", "to": {{"joints_deg": [-60, -50, 0, 70, 0, -60, 0]}}}},
+        {{"do": "ptp", "arm": "right", "to": {{"joints_deg": [-60, -50, 0, 70, 0, -60, 0]}}}},
+        {{"do": "parallel", "branches": [{{"do": "sequence", "steps": [{}]}},
+                                         {{"do": "sequence", "steps": [{}]}}]}}]}}}})",
+                     left, right);
+}
+/// A motion with the first joint to an angle, deg.
+std::string turn(const std::string& word, const std::string& arm, double angle, const std::string& name) {
+  return fmt::format(
+      R"({{"do": "{}", "arm": "{}", "name": "{}", "to": {{"joints_deg": [{:g}, -50, 0, 70, 0, -60, 0]}}}})", word, arm,
+      name, angle);
+}
+const std::string kWait = R"({"do": "wait", "seconds": 0.1}, )";
+
+TEST(MoveBeside, GoesAroundAnArmThatCrossesItsPath) {
+  const std::string crossing = turn("ptp", "right", 60, "right crosses");
+  EXPECT_THAT(rehearsed(two_arms(turn("ptp", "left", 60, "left crosses"), crossing)),
+              ReportsAnywhere(Code::kCollision, {"left crosses", "right crosses"}));
+  const Diagnostics first = rehearsed(two_arms(turn("move", "left", 60, "left crosses"), crossing));
+  EXPECT_FALSE(first.has_errors()) << first.to_string();
+  EXPECT_THAT(first, Not(ReportsAnywhere(Code::kCollision)));
+  // Both look for their ways: the second gives way.
+  const Diagnostics both =
+      rehearsed(two_arms(turn("move", "left", 60, "left crosses"), turn("move", "right", 60, "right crosses")));
+  EXPECT_FALSE(both.has_errors()) << both.to_string();
+}
+
+/// Its own path is free: it is the other that is not at its place any more.
+TEST(MoveBeside, WhatLeavesItsGoalInTimeIsNotInTheWay) {
+  const std::string text =
+      two_arms(turn("ptp", "left", 0, "left comes") + ", " + turn("ptp", "left", 60, "left leaves"),
+               turn("ptp", "right", -160, "right makes room") + ", " + turn("move", "right", 0, "right comes"));
+  const Diagnostics said = rehearsed(text);
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+}
+
+TEST(MoveBeside, KeepsClearOfAllThatIsSweptAtTimesThatAreNotKnown) {
+  const auto noted = [](const Diagnostics& said) {
+    return std::ranges::any_of(said.list(), [](const Diagnostic& one) {
+      return one.code == Code::kCollision || one.pointer.ends_with("/steps/1/to");
+    });
+  };
+  const std::string crossing = turn("ptp", "right", 60, "right crosses");
+  EXPECT_TRUE(noted(rehearsed(two_arms(kWait + turn("ptp", "left", 60, "left crosses"), crossing))));
+  const Diagnostics around = rehearsed(two_arms(kWait + turn("move", "left", 60, "left crosses"), crossing));
+  EXPECT_FALSE(around.has_errors()) << around.to_string();
+  EXPECT_FALSE(noted(around)) << around.to_string();
+  // No path does: the branches may wait for each other.
+  const std::string comes_and_leaves =
+      turn("ptp", "right", 0, "right comes") + ", " + turn("ptp", "right", -60, "right leaves");
+  const std::string later = R"({"do": "wait", "seconds": 5}, )";
+  const Diagnostics said = rehearsed(two_arms(later + turn("move", "left", 0, "left comes"), comes_and_leaves));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Notes("/program/steps/2/branches/0/steps/1/to", {"right", "left"}));
+}
+
+TEST(MoveBeside, SaysWhatBlocksItsGoalAndWhen) {
+  const Diagnostics said =
+      rehearsed(two_arms(turn("move", "left", 0, "left comes"), turn("ptp", "right", 0, "right comes")));
+  EXPECT_THAT(said, Reports(Code::kCollision, "/program/steps/2/branches/0/steps/0/to",
+                            {"left/", "right/", "right comes", " s after"}));
 }
 
 TEST(PtpSolution, FreeIsTheNearestWhosePathIsFree) {

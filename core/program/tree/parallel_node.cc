@@ -23,7 +23,23 @@ class ParallelNode final : public Node {
   /// One after the other, from the same beginning. What two of them drive is a conflict.
   void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     settle_rehearsal(rehearsal, diagnostics);
-    BranchesTogether together(rehearsal);
+    BranchesTogether together(rehearsal, pointer);
+    const Scope::Saved values = scope.save();
+    for (;;) {
+      Diagnostics said;
+      play(rehearsal, scope, together, said);
+      // A `move` goes around what the others do, which is known only now.
+      if (!together.play_again(said)) {
+        diagnostics.append(said);
+        break;
+      }
+      scope.restore(values);
+    }
+    together.finish(diagnostics);
+  }
+
+  /// @param diagnostics  gets what is wrong with each branch
+  void play(Rehearsal& rehearsal, Scope& scope, BranchesTogether& together, Diagnostics& diagnostics) const {
     const double begin = rehearsal.duration;
     std::vector<double> durations;
     std::map<std::string, std::size_t, std::less<>> owner;
@@ -43,7 +59,6 @@ class ParallelNode final : public Node {
         if (outer) outer->insert(device);
       }
     }
-    together.finish(diagnostics);
     rehearsal.duration = first_ends ? std::ranges::min(durations) : std::ranges::max(durations);
   }
 
@@ -68,6 +83,24 @@ class ParallelNode final : public Node {
   }
 };
 
+/// What runs meanwhile belongs to a parallel; the outermost counts.
+class InParallel {
+ public:
+  InParallel(Meanwhile& meanwhile, const std::string& pointer)
+      : meanwhile_(meanwhile), outermost_(meanwhile.parallel.empty()) {
+    if (outermost_) meanwhile_.parallel = pointer;
+  }
+  ~InParallel() {
+    if (outermost_) meanwhile_.parallel.clear();
+  }
+  InParallel(const InParallel&) = delete;
+  InParallel& operator=(const InParallel&) = delete;
+
+ private:
+  Meanwhile& meanwhile_;
+  bool outermost_;
+};
+
 class ParallelRun final : public NodeRun {
  public:
   ParallelRun(const ParallelNode& node, Scope& scope) : node_(node) {
@@ -86,6 +119,7 @@ class ParallelRun final : public NodeRun {
     }
     diagnostics.append(std::exchange(to_tell_, {}));
     ask_for_end(execution);  // a state that was put back may say so
+    const InParallel inside(execution.context.meanwhile, node_.pointer);
     for (Branch& branch : branches_) {
       if (branch.outcome != Outcome::kRunning) continue;
       const OnStrand line(execution, branch.strand);

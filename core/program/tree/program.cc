@@ -82,7 +82,8 @@ Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices
   check_start(rehearsal, diagnostics);
   root_->rehearse(rehearsal, scope, diagnostics);
   settle_rehearsal(rehearsal, diagnostics);
-  return {each_once(diagnostics), rehearsal.duration, std::move(rehearsal.estimates), std::move(collisions)};
+  return {each_once(diagnostics), rehearsal.duration, std::move(rehearsal.estimates), std::move(collisions),
+          std::move(rehearsal.collisions.meanwhile.spaces)};
 }
 
 std::vector<std::string> Program::names() const {

@@ -22,6 +22,8 @@ struct Rehearsed {
   double duration = 0.0;                         ///< s: planned motions and waits, guarded motions to their end
   std::set<std::string, std::less<>> estimates;  ///< names of the poses that the program fits
   std::vector<FoundCollision> collisions = {};   ///< in the order in which they were found
+  /// What the run's `move`s keep clear of, for its Context; null: of nothing that moves.
+  std::shared_ptr<const MeanwhileSpaces> meanwhile = {};
 };
 
 /// A program tree, checked for form and types. Immutable (docs/programs.md).

@@ -1,0 +1,286 @@
+#include "core/operations/move_review.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace takt::activity {
+namespace {
+
+using collision::Situation;
+using collision::SweptSpace;
+
+/// How often the branches are played again at most.
+constexpr int kMostRounds = 8;
+/// Others may be so much earlier or later than planned, s: the branches of a run begin some cycles after each other.
+constexpr double kSpare = 0.1;
+/// What others sweep so long before and after they are in the way is kept clear of; twice as long in each round. s
+constexpr double kAround = 0.3;
+/// Poses of what is swept lie so near to each other, m.
+constexpr double kSpacing = 0.02;
+constexpr double kSameInstant = 1e-9;  // s
+
+bool is_part_of(const BranchParents& parents, int branch, int whole) {
+  while (branch > 0 && branch != whole) branch = parents[static_cast<std::size_t>(branch)];
+  return branch == whole;
+}
+/// Neither comes before the other.
+bool at_the_same_time(const BranchParents& parents, int a, int b) {
+  return !is_part_of(parents, a, b) && !is_part_of(parents, b, a);
+}
+
+std::vector<int> joints_of(const collision::CellShapes& shapes, const PlayedStep& step) {
+  std::vector<int> joints;
+  for (const ArmTrack& track : step.motion->tracks) {
+    const auto arm = shapes.arms.find(track.arm);
+    if (arm != shapes.arms.end()) joints.insert(joints.end(), arm->second.joints.begin(), arm->second.joints.end());
+  }
+  return joints;
+}
+
+void add_moved(const collision::Scene& scene, const collision::State& state, const std::vector<int>& joints,
+               std::set<int>& bodies) {
+  const std::vector<bool> moved = scene.moved_by(state, joints);
+  for (std::size_t body = 0; body < moved.size(); ++body)
+    if (moved[body]) bodies.insert(static_cast<int>(body));
+}
+
+/// One `move`, and what others do beside it.
+class Beside {
+ public:
+  Beside(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step)
+      : timeline_(timeline), shapes_(*timeline.cell().shapes), step_(step) {
+    own_joints_ = shapes_.arms.find(step.arm)->second.joints;
+    add_moved(shapes_.scene, step.before.state, own_joints_, own_);
+    for (const auto& other : timeline.played())
+      if (is_beside(*other, parents)) add_other(*other);
+  }
+
+  /// Others move something, and not what its arm stands on.
+  [[nodiscard]] bool matters() const { return !timed_bodies_.empty() || !any_bodies_.empty(); }
+  [[nodiscard]] bool beside_any() const { return !any_.empty(); }
+
+  /// When something that moves on the same clock comes too near, s after it begins; also where that is earlier or
+  /// later than planned.
+  [[nodiscard]] std::vector<double> hits() const {
+    std::vector<double> times;
+    if (!step_.motion || timed_.empty()) return times;
+    for (const double later : {-kSpare, 0.0, kSpare}) {
+      const auto cuts = cuts_between(step_.begin + later, step_.begin + later + step_.stops);
+      for (std::size_t i = 0; i + 1 < cuts.size(); ++i) add_hits(later, cuts[i], cuts[i + 1], times);
+    }
+    return times;
+  }
+
+  /// All that others move, without what it sweeps.
+  void add_bodies(SweptSpace& swept) const {
+    for (const std::set<int>* bodies : {&timed_bodies_, &any_bodies_})
+      for (const int body : *bodies) swept.bodies.try_emplace(body);
+  }
+  /// What is swept from and until so long after it begins, s.
+  void add_window(double from, double to, SweptSpace& swept) const {
+    const auto cuts = cuts_between(step_.begin + from, step_.begin + to);
+    for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
+      const Situation situation = timeline_.situation_at(cuts[i]);
+      const auto moving = moving_between(cuts[i], cuts[i + 1]);
+      const auto trajectory = trajectory_of(timeline_.cell(), tracks_of_all(moving), cuts[i], cuts[i + 1]);
+      std::set<int> left = timed_bodies_;
+      for (const PlayedStep* other : moving) {
+        std::set<int> bodies;
+        add_moved(shapes_.scene, situation.state, joints_of(shapes_, *other), bodies);
+        std::vector<int> moved;
+        std::ranges::set_intersection(left, bodies, std::back_inserter(moved));
+        for (const int body : moved) left.erase(body);
+        const std::string& name = other->motion->part_at(cuts[i] - other->begin).step;
+        add_swept(shapes_.scene, situation.state, trajectory, moved, kSpacing, cuts[i] - step_.begin,
+                  swept.source(name), swept);
+      }
+      const std::vector<int> still(left.begin(), left.end());
+      add_swept(shapes_.scene, situation.state, trajectory, still, kSpacing, cuts[i] - step_.begin, -1, swept);
+    }
+  }
+  /// What may be swept at any time.
+  void add_any(SweptSpace& swept) const {
+    for (const PlayedStep* other : any_) {
+      std::set<int> bodies;
+      add_moved(shapes_.scene, other->before.state, joints_of(shapes_, *other), bodies);
+      std::vector<int> moved;
+      std::ranges::set_difference(bodies, own_, std::back_inserter(moved));
+      const auto trajectory =
+          trajectory_of(timeline_.cell(), {{&*other->motion, 0.0, other->stops}}, 0.0, other->stops);
+      add_swept(shapes_.scene, other->before.state, trajectory, moved, kSpacing,
+                std::numeric_limits<double>::quiet_NaN(), swept.source(other->motion->parts.front().step), swept);
+    }
+  }
+
+ private:
+  /// Of two `move`s that of the later branch gives way.
+  [[nodiscard]] bool is_beside(const PlayedStep& other, const BranchParents& parents) const {
+    if (!other.motion || other.drives({step_.arm}) || !at_the_same_time(parents, other.branch, step_.branch))
+      return false;
+    if (!other.moves.empty() && other.branch > step_.branch) return false;
+    return !other.drives(timeline_.arms_of(shapes_.arms.find(step_.arm)->second.flange, step_.before));
+  }
+  void add_other(const PlayedStep& other) {
+    const bool timed = step_.timed && other.timed;
+    (timed ? timed_ : any_).push_back(&other);
+    std::set<int> bodies;
+    add_moved(shapes_.scene, other.before.state, joints_of(shapes_, other), bodies);
+    for (const int body : bodies)
+      if (!own_.contains(body)) (timed ? timed_bodies_ : any_bodies_).insert(body);
+  }
+
+  [[nodiscard]] std::vector<double> cuts_between(double from, double to) const {
+    std::vector<double> cuts{from};
+    for (const double border : timeline_.borders())
+      if (border > from + kSameInstant && border < to - kSameInstant) cuts.push_back(border);
+    cuts.push_back(to);
+    return cuts;
+  }
+  [[nodiscard]] std::vector<const PlayedStep*> moving_between(double from, double to) const {
+    std::vector<const PlayedStep*> moving;
+    for (const PlayedStep* other : timed_)
+      if (other->begin <= from + kSameInstant && other->end() >= to - kSameInstant) moving.push_back(other);
+    return moving;
+  }
+  static std::vector<PlayedTrack> tracks_of_all(const std::vector<const PlayedStep*>& moving) {
+    std::vector<PlayedTrack> tracks;
+    for (const PlayedStep* other : moving) tracks.push_back({&*other->motion, other->begin, other->stops});
+    return tracks;
+  }
+
+  void add_hits(double later, double from, double to, std::vector<double>& times) const {
+    // What it holds is known from its begin on.
+    const Situation situation = timeline_.situation_at(std::max(from, step_.begin));
+    const auto moving = moving_between(from, to);
+    std::vector<PlayedTrack> tracks = tracks_of_all(moving);
+    tracks.push_back({&*step_.motion, step_.begin + later, step_.stops});
+    collision::Touching touching = step_.motion->touching;
+    for (const PlayedStep* other : moving)
+      touching.insert(other->motion->touching.begin(), other->motion->touching.end());
+    const collision::ContactRules rules(shapes_, situation);
+    collision::CheckOptions options{.margin = shapes_.margin, .rule = {}, .bodies = {}};
+    options.rule = [&](int a, int b) -> collision::PairRule {
+      if (!timed_bodies_.contains(a) && !timed_bodies_.contains(b))
+        return {.kind = collision::PairRule::Kind::kIgnored};
+      const collision::Contact contact = rules.contact(a, b, touching);
+      return collision::rule_for(contact == collision::Contact::kMeant ? collision::Contact::kIgnored : contact,
+                                 collision::kSetDownOverlap);
+    };
+    options.bodies.assign(shapes_.scene.bodies().size(), false);
+    for (const int body : own_) options.bodies[static_cast<std::size_t>(body)] = true;
+    const auto trajectory = trajectory_of(timeline_.cell(), std::move(tracks), from, to);
+    for (const collision::Hit& hit : check_motion(shapes_.scene, situation.state, trajectory, options))
+      times.push_back(from + hit.time - step_.begin);
+  }
+
+  const Timeline& timeline_;
+  const collision::CellShapes& shapes_;
+  const PlayedStep& step_;
+  std::vector<int> own_joints_;
+  std::set<int> own_;
+  std::vector<const PlayedStep*> timed_, any_;  ///< on the same clock; at any time
+  std::set<int> timed_bodies_, any_bodies_;
+};
+
+/// Both: a `move` in a loop keeps clear of what others do in any of its rounds.
+void add_poses(const SweptSpace& more, SweptSpace& swept) {
+  for (const auto& [body, poses] : more.bodies) {
+    std::vector<collision::SweptPose>& known = swept.bodies[body];
+    const std::size_t own = known.size();
+    for (collision::SweptPose pose : poses) {
+      const auto same = [&](const collision::SweptPose& one) {
+        return one.X_WB.matrix() == pose.X_WB.matrix() && one.within == pose.within;
+      };
+      if (std::any_of(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(own), same)) continue;
+      if (pose.source >= 0) pose.source = swept.source(more.sources[static_cast<std::size_t>(pose.source)]);
+      known.push_back(pose);
+    }
+  }
+}
+
+bool has_errors_below(const Diagnostics& diagnostics, const std::string& pointer) {
+  return std::ranges::any_of(diagnostics.list(), [&](const Diagnostic& one) {
+    return one.severity == Severity::kError && one.pointer.starts_with(pointer);
+  });
+}
+
+}  // namespace
+
+bool MoveReview::review(const Timeline& timeline, const BranchParents& parents, const Diagnostics& said) {
+  std::map<std::string, SweptSpace> found;
+  for (const auto& step : timeline.played())
+    if (!step->moves.empty()) review_step(timeline, parents, *step, said, found);
+  MeanwhileSpaces spaces = spaces_ != nullptr ? *spaces_ : MeanwhileSpaces{};
+  bool changed = false;
+  for (auto& [pointer, swept] : found) {
+    if (const auto before = of_rounds_before(pointer)) add_poses(*before, swept);
+    auto& space = spaces[{parallel_, pointer}];
+    if (space != nullptr && same_space(*space, swept)) continue;
+    space = std::make_shared<const SweptSpace>(std::move(swept));
+    changed = true;
+  }
+  if (!changed || ++rounds_ > kMostRounds) return false;
+  spaces_ = std::make_shared<const MeanwhileSpaces>(std::move(spaces));
+  return true;
+}
+
+std::shared_ptr<const SweptSpace> MoveReview::of_rounds_before(const std::string& pointer) const {
+  return Meanwhile{before_, parallel_}.beside(pointer);
+}
+
+void MoveReview::review_step(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step,
+                             const Diagnostics& said, std::map<std::string, SweptSpace>& found) {
+  if (!timeline.cell().shapes->arms.contains(step.arm)) return;
+  const Beside beside(timeline, parents, step);
+  if (!beside.matters()) return;
+  Known& known = known_[step.moves.front()];
+  if (known.beside_any) give_up_any(step, said, known);
+  // Before it was played with others in mind it may have been in the way of what had not moved yet.
+  if (std::exchange(known.reviewed, true) || of_rounds_before(step.moves.front())) {
+    const double around = kAround * std::exp2(rounds_ - 1);
+    for (const double time : beside.hits()) known.windows.push_back({time - around, time + around});
+    join(known.windows);
+  }
+  known.beside_any = beside.beside_any() && !known.leaves_out_any;
+  SweptSpace swept;
+  beside.add_bodies(swept);
+  for (const Window& window : known.windows) beside.add_window(window.from, window.to, swept);
+  if (known.beside_any) beside.add_any(swept);
+  for (const std::string& pointer : step.moves) found[pointer] = swept;
+}
+
+/// Those that overlap become one.
+void MoveReview::join(std::vector<Window>& windows) {
+  std::ranges::sort(windows, {}, &Window::from);
+  std::vector<Window> joined;
+  for (const Window& one : windows) {
+    if (!joined.empty() && one.from <= joined.back().to) {
+      joined.back().to = std::max(joined.back().to, one.to);
+    } else {
+      joined.push_back(one);
+    }
+  }
+  windows = std::move(joined);
+}
+
+void MoveReview::give_up_any(const PlayedStep& step, const Diagnostics& said, Known& known) {
+  const auto failed =
+      std::ranges::find_if(step.moves, [&](const std::string& pointer) { return has_errors_below(said, pointer); });
+  if (failed == step.moves.end()) return;
+  known.leaves_out_any = true;
+  for (const Diagnostic& one : said.list()) {
+    if (one.severity != Severity::kError || !one.pointer.starts_with(*failed)) continue;
+    notes_.note(one.pointer,
+                fmt::format("no path keeps clear of all that others may do meanwhile, at times that are not known; the "
+                            "branches may wait for each other: {}",
+                            one.message),
+                "a wait for what is in the way, right before it");
+  }
+}
+
+}  // namespace takt::activity
