@@ -83,6 +83,13 @@ double delay_of(const command::Cell& cell, const std::string& sensor) {
   return known ? to_seconds(found->second.device->timing().sample_age) : 0.0;
 }
 
+/// How fast the approach may begin, m/s^2: the sensor feels half of what counts as contact when the heaviest load of
+/// the arm is accelerated like that. 0: the arm does not say what it may carry.
+double approach_acceleration(const command::MountedArm& arm, double contact_force) {
+  const double heaviest = arm.device->description().payload_max;
+  return heaviest > 0.0 ? 0.5 * contact_force / heaviest : 0.0;
+}
+
 /// Springs that are bent by more than the tool may be sent never press with the force.
 Diagnostics check_bend(const Pressing& pressing, const command::MountedArm& arm, const Eigen::Vector3d& direction_B,
                        const JointVector& q) {
@@ -120,24 +127,25 @@ Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::C
   if (!direction) return std::unexpected(direction.error());
   if (Diagnostics wrong = check_bend(pressing, arm, *direction, q); wrong.has_errors())
     return std::unexpected(std::move(wrong));
-  command::PressControlParameters control{
-      .force = {.force = pressing.force,
-                .approach_velocity = pressing.approach,
-                .contact_force = std::min(kContactShare * pressing.force, kContact_N),
-                .release_share = kReleaseShare,
-                .band = pressing.tolerance,
-                // A surface that the tool slides along comes and goes; one that it rests on shows
-                // how hard it is.
-                .surface_moves = pressing.path != nullptr,
-                .measures_stiffness = pressing.path == nullptr,
-                .sensor_delay = delay_of(cell, pressing.sensor),
-                .velocity_max = kMostVelocity * pressing.approach,
-                .acceleration_max = kMostAcceleration},
-      .travel = pressing.travel,
-      .sink = pressing.drop,
-      .deepest = pressing.depth,
-      .clock = command::override_of(cell),
-      .softness_across = softness_across(pressing, arm, *direction, q)};
+  const double contact_force = std::min(kContactShare * pressing.force, kContact_N);
+  command::PressControlParameters control{.force = {.force = pressing.force,
+                                                    .approach_velocity = pressing.approach,
+                                                    .contact_force = contact_force,
+                                                    .release_share = kReleaseShare,
+                                                    .band = pressing.tolerance,
+                                                    // A surface that the tool slides along comes and goes; one that it
+                                                    // rests on shows how hard it is.
+                                                    .surface_moves = pressing.path != nullptr,
+                                                    .measures_stiffness = pressing.path == nullptr,
+                                                    .sensor_delay = delay_of(cell, pressing.sensor),
+                                                    .velocity_max = kMostVelocity * pressing.approach,
+                                                    .acceleration_max = kMostAcceleration,
+                                                    .approach_acceleration = approach_acceleration(arm, contact_force)},
+                                          .travel = pressing.travel,
+                                          .sink = pressing.drop,
+                                          .deepest = pressing.depth,
+                                          .clock = command::override_of(cell),
+                                          .softness_across = softness_across(pressing, arm, *direction, q)};
   if (pressing.path) {
     auto path = pressing.path({.cell = cell, .direction_B = *direction, .X_BT = X_BT, .q = q});
     if (!path) return std::unexpected(path.error());

@@ -166,7 +166,15 @@ class ForceController final : public Primitive {
             "filter_frequency", 60.0,
             {.unit = "rad/s", .doc = "of the force, where no natural_frequency is linked", .range = "(0,inf)"})),
         velocity_max_(number(setup, "velocity_max", "m/s", "largest speed in both directions", "0.02", "(0,inf)")),
-        acceleration_max_(number(setup, "acceleration_max", "m/s^2", "bounds every change", "1.0", "(0,inf)")) {}
+        acceleration_max_(number(setup, "acceleration_max", "m/s^2", "bounds every change", "1.0", "(0,inf)")),
+        approach_acceleration_(setup.parameter<Real>(
+            "approach_acceleration", 0.0,
+            {.unit = "m/s^2",
+             .doc =
+                 "bounds how fast the approach begins, so that the weight of a tool that is accelerated is not taken "
+                 "for a contact; 0: acceleration_max",
+             .range = "[0,inf)",
+             .example = "0.1"})) {}
 
   Diagnostics prepare() override {
     Diagnostics diagnostics;
@@ -307,7 +315,9 @@ class ForceController final : public Primitive {
       drift_ = std::clamp(drift_, -velocity_max_, velocity_max_);
     }
     const double step = acceleration_max_ * h;
-    last_ = std::clamp(wanted, last_ - step, last_ + step);
+    const bool begins = !touched_ && approach_acceleration_ > 0.0;
+    const double faster = begins ? std::min(step, approach_acceleration_ * h) : step;
+    last_ = std::clamp(wanted, last_ - step, last_ + faster);
     if (!std::isfinite(last_)) begin();
   }
 
@@ -316,7 +326,7 @@ class ForceController final : public Primitive {
   Out<Boolean> contact_, at_force_;
   double approach_, touch_, release_, release_time_, band_, gain_;
   bool integral_, measures_;
-  double sensor_delay_, filter_frequency_, velocity_max_, acceleration_max_;
+  double sensor_delay_, filter_frequency_, velocity_max_, acceleration_max_, approach_acceleration_;
 
   device::ServoResponse servo_;
   double dead_time_ = 0.0, rate_ = 0.0, base_ = 0.0;

@@ -46,6 +46,8 @@ struct ForceControlParameters {
   double sensor_delay = 1e-3;       ///< from a force to when it is known, s
   double velocity_max = 0.02;       ///< m/s
   double acceleration_max = 1.0;    ///< m/s^2
+  /// How fast the approach begins, m/s^2; 0: acceleration_max. A sensor feels the tool that is accelerated.
+  double approach_acceleration = 0.0;
 
   bool operator==(const ForceControlParameters&) const = default;
 };

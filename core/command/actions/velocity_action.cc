@@ -75,7 +75,8 @@ void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, cons
                 {"measures_stiffness", parameters.measures_stiffness},
                 {"sensor_delay", parameters.sensor_delay},
                 {"velocity_max", parameters.velocity_max},
-                {"acceleration_max", parameters.acceleration_max}});
+                {"acceleration_max", parameters.acceleration_max},
+                {"approach_acceleration", parameters.approach_acceleration}});
   fragment.link_all("servo", "force_law", {"stiffness", "natural_frequency", "damping_ratio", "delay"});
   fragment.feed(pressing, "force_law.force");
 }

@@ -94,6 +94,25 @@ Pressed press(PressedTool tool, double wanted, double approach = 0.005) {
   return pressed;
 }
 
+/// A sensor that carries a heavy tool feels it while it is accelerated; after the first touch the law is as fast as
+/// ever.
+TEST(ForceControl, TheApproachBeginsAsGentlyAsTold) {
+  Json parameters = law(5.0, 0.01);
+  parameters["approach_acceleration"] = 0.1;
+  PrimitiveHarness control("ForceController", parameters);
+  set_arm(control, 5.0);
+  double last = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    control.set("force", 0.0).step();
+    const double velocity = *control.get<Real>("velocity");
+    EXPECT_LE(velocity - last, 0.1 * kCycle * (1.0 + 1e-9));
+    last = velocity;
+  }
+  EXPECT_DOUBLE_EQ(last, 0.01);
+  control.set("force", 6.0).step();
+  EXPECT_NEAR(last - *control.get<Real>("velocity"), 1.0 * kCycle, 1e-12);
+}
+
 /// Light and heavy arms, slow and fast loops, from foam to steel: nobody tunes anything.
 TEST(ForceControl, TheForceComesQuicklyAndStaysOnAnySurfaceWithAnyArm) {
   for (const auto& [mass, frequency] : {std::pair{3.0, 60.0}, {6.0, 80.0}, {26.0, 60.0}, {10.0, 30.0}})
