@@ -49,9 +49,7 @@ std::optional<SolidView> view_of(const mjModel& model, const mjData& data, int g
   view.bound = model.geom_rbound[geom];
   view.solid = active->find(geom);
   if (*shape == SolidView::Shape::kMesh) view.hull = &active->hull(model.geom_dataid[geom]);
-  if (*shape == SolidView::Shape::kCylinder) {
-    view.outline = world::chamfered_cylinder(view.size[0], 2.0 * view.size[1], view.solid ? view.solid->chamfer : 0.0);
-  }
+  if (*shape == SolidView::Shape::kCylinder) view.outline = &active->outline(geom);
   return view;
 }
 
@@ -173,6 +171,7 @@ Solid make_solid(const ObjectShape& shape, double chamfer, const std::vector<wor
   for (const world::Bore& bore : bores) {
     const double thickness = thickness_below(shape, bore);
     solid.bores.push_back({.X_GB = bore.X_SB,
+                           .X_BG = bore.X_SB.inverse(Eigen::Isometry),
                            .radius = bore.radius,
                            .chamfer = bore.chamfer,
                            .length = bore.through() ? thickness : bore.depth,
@@ -203,7 +202,15 @@ Solids::Solids(const mjModel& model, const WorldDescription& description)
   kept_.reserve(kKept);
   // Chamfers matter in bores only.
   if (!drilled) solids_.clear();
-  for (int mesh = 0; !solids_.empty() && mesh < model.nmesh; ++mesh) hulls_.push_back(hull_of(model, mesh));
+  if (solids_.empty()) return;
+  for (int mesh = 0; mesh < model.nmesh; ++mesh) hulls_.push_back(hull_of(model, mesh));
+  for (int geom = 0; geom < model.ngeom; ++geom) {
+    const Solid* solid = find(geom);
+    const double radius = model.geom_size[3 * geom], length = 2.0 * model.geom_size[3 * geom + 1];
+    outlines_.push_back(model.geom_type[geom] == mjGEOM_CYLINDER
+                            ? world::chamfered_cylinder(radius, length, solid ? solid->chamfer : 0.0)
+                            : world::Revolved());
+  }
 }
 
 void Solids::add(const mjModel& model, const std::string& name, Solid solid) {

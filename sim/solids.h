@@ -21,7 +21,7 @@ namespace takt::sim {
 
 /// A bore as the narrow phase needs it. G: frame of the geom, B: of the bore.
 struct DrilledBore {
-  Pose X_GB = Pose::Identity();
+  Pose X_GB = Pose::Identity(), X_BG = Pose::Identity();
   double radius = 0.0, chamfer = 0.0;  ///< m
   double length = 0.0;                 ///< m, from the mouth to the bottom or the other mouth
   bool through = false;
@@ -68,6 +68,8 @@ class Solids {
   [[nodiscard]] bool empty() const { return solids_.empty(); }
   [[nodiscard]] const Solid* find(int geom) const;
   [[nodiscard]] const MeshHull& hull(int mesh) const { return hulls_[static_cast<std::size_t>(mesh)]; }
+  /// Of the cylinder that a geom is, about its z axis.
+  [[nodiscard]] const world::Revolved& outline(int geom) const { return outlines_[static_cast<std::size_t>(geom)]; }
 
   /// While it lives, MuJoCo's search for contacts on this thread knows the solids. Realtime: cyclic.
   class Active {
@@ -105,7 +107,8 @@ class Solids {
   std::vector<int> solid_of_;     ///< by geom; -1: none
   std::vector<int> joined_with_;  ///< by geom of a shank: the geom with its thread; -1: none
   std::vector<Solid> solids_;
-  std::vector<MeshHull> hulls_;  ///< by mesh
+  std::vector<MeshHull> hulls_;            ///< by mesh
+  std::vector<world::Revolved> outlines_;  ///< by geom; empty but for cylinders
   std::vector<Kept> kept_;
   int first_kept_ = 0;  ///< number of the first of them in the list of contacts
 };
