@@ -117,7 +117,8 @@ class ScrewdriverKind final : public DeviceKind {
   static device::SignalOutput<T>& add_output(const std::string& name, device::SignalOutputDescription<T> description,
                                              sim::SimOutput& wire, BuiltCell& built) {
     return built.core->add(std::make_unique<device::SignalOutput<T>>(
-        name, std::move(description), built.borrowed<device::SignalOutputBackend<T>>(&wire), built.core->period()));
+        name, std::move(description), built.commands->tap(name, built.borrowed<device::SignalOutputBackend<T>>(&wire)),
+        built.core->period()));
   }
 
   static void add_outputs(const std::string& name, const ScrewdriverDescription& driver, sim::SimScrewdriver& machine,

@@ -20,6 +20,7 @@ struct ScrewSocket {
   double inertia = 0.0;  ///< kg m^2, the least of the screw
   Pose X_OS = Pose::Identity();
   double radius = 0.0, depth = 0.0;  ///< m
+  double head_radius = 0.0;          ///< m, of the part with the socket
 };
 /// Of all screws of the world. Realtime: setup.
 [[nodiscard]] std::vector<ScrewSocket> sockets_of(const mjModel_& model, const WorldDescription& description);
@@ -36,8 +37,10 @@ struct BitInSocket {
 
 /// Hexagon keys in hexagon sockets. The shapes in contact are round; what makes a hexagon of them is a spring between
 /// bit and screw about the axis of the bit, with the play and the torsional stiffness of a key. It works while the bit
-/// is in the socket, whatever force presses it in, and exerts nothing but a torque about that axis. Owned by the thread
-/// law; one thread. Figures and limits: docs/threads.md, "The bit in its socket".
+/// is in the socket, whatever force presses it in, and exerts nothing but a torque about that axis.
+/// While a bit touches a screw, an inertia between the two keeps the few grams of the screw from moving, within a step,
+/// by more than their shapes have play. It opposes changes of their velocity against each other and nothing else.
+/// Owned by the thread law; one thread. Figures and limits: docs/threads.md, "The bit in its socket".
 class DriveLaw {
  public:
   DriveLaw() = default;
@@ -58,17 +61,26 @@ class DriveLaw {
  private:
   struct Bit {
     int body = 0, equality = 0;
-    double reach = 0.0;        ///< m
-    std::int64_t socket = -1;  ///< that it is in; -1: none
-    double twist = 0.0;        ///< rad, of the screw against it since then
+    double reach = 0.0;                ///< m
+    std::vector<double> inertia = {};  ///< kg, against the screw of each socket while they touch
+    std::int64_t socket = -1;          ///< that it is in; -1: none
+    double twist = 0.0;                ///< rad, of the screw against it since then
+    std::int64_t touched = -1;         ///< the socket of the screw that it has touched of late; -1: none
+    double since = 0.0;                ///< s, since then
   };
+  struct Axes;
   [[nodiscard]] std::int64_t socket_around(const mjData_& data, const Bit& bit) const;
+  [[nodiscard]] std::int64_t touching(const mjModel_& model, const mjData_& data, const Bit& bit) const;
+  /// Of the screw that the constraint is with; -1: none.
+  [[nodiscard]] static std::int64_t partner(const Bit& bit) { return bit.socket >= 0 ? bit.socket : bit.touched; }
+  [[nodiscard]] Axes axes_of(const mjData_& data, const Bit& bit) const;
   void apply(mjModel_& model, mjData_& data, const Bit& bit) const;
+  void set_inertias(const mjModel_& model, mjData_& data, const Bit& bit, int row);
   void set_turn(const mjModel_& model, mjData_& data, Bit& bit, int row);
 
   std::vector<Bit> bits_;
   std::vector<ScrewSocket> sockets_;
-  std::vector<double> jacobians_;  ///< scratch: two of 3 x nv
+  std::vector<double> jacobians_;  ///< scratch: four of 3 x nv
 };
 
 }  // namespace takt::sim

@@ -41,6 +41,12 @@ void set_spring(const mjModel& model, mjData& data, int row, const RowSpring& sp
   set_force(data, row, inertia, -spring.stiffness * stretch - (spring.damping + share * h * spring.stiffness) * rate);
 }
 
+void set_inertia(const mjModel& model, mjData& data, int row, double inertia) {
+  data.efc_pos[row] = 0.0;
+  data.efc_vel[row] = rate_of_row(model, data, row);
+  set_force(data, row, inertia, 0.0);
+}
+
 void silence_rows(const mjModel& model, mjData& data, int first, int count) {
   for (int row = first; row < first + count; ++row) {
     std::fill_n(jacobian_of(model, data, row), model.nv, 0.0);

@@ -25,6 +25,10 @@ struct RowSpring {
 /// Gives a row the force of a spring, implicit in the step. Its Jacobian is set. Realtime: cyclic.
 void set_spring(const mjModel_& model, mjData_& data, int row, const RowSpring& spring, double stretch);
 
+/// Gives a row an inertia, kg or kg m^2, against changes of its rate, and no other force. Its Jacobian is set.
+/// Realtime: cyclic.
+void set_inertia(const mjModel_& model, mjData_& data, int row, double inertia);
+
 /// Takes all effect from rows: no Jacobian, no force. Realtime: cyclic.
 void silence_rows(const mjModel_& model, mjData_& data, int first, int count);
 
