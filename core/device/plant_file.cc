@@ -91,8 +91,9 @@ PlantDescription read_plant_keys(ObjectReader& reader, const kinematics::RobotMo
   PlantDescription plant;
   plant.material = reader.text("material", plant.material);
   if (kind == "gripper") plant.pad_material = reader.text("pad_material", plant.pad_material);
-  if (kind == "tool" || kind == "gripper" || kind == "force_torque_sensor" || kind == "screwdriver")
-    read_springs(reader, robot, plant.springs);
+  constexpr std::array<std::string_view, 5> kSprung = {"tool", "gripper", "force_torque_sensor", "screwdriver",
+                                                       "vacuum_cup"};
+  if (std::ranges::find(kSprung, kind) != kSprung.end()) read_springs(reader, robot, plant.springs);
   if (kind == "tool" || kind == "gripper") read_chamfers(reader, robot, plant);
   if (kind == "arm") read_protective_stop(reader, plant);
   return plant;
