@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,6 +13,8 @@
 #include "core/base/object_reader.h"
 #include "core/device/backend.h"
 #include "core/device/description.h"
+#include "core/device/gripper.h"
+#include "core/device/signal.h"
 
 /// What stands between the canonical devices and the protocols of real controllers (docs/hardware.md). Protocols live
 /// under hw/; whoever builds a cell knows only what is here.
@@ -49,15 +52,13 @@ struct DriverRequest {
   std::uint64_t seed = 0;   ///< of the faults of a virtual wire
 };
 
-/// The driver of an arm: an I/O agent with its wire. It is there when it is made and looks for its controller from then
-/// on; samples come when the controller is found. Its destructor ends the connection in order, without moving the arm.
-class ArmDriver : public ArmBackend {
+/// The driver of a device: an I/O agent with its wire. It is there when it is made and looks for its device from then
+/// on; samples come when the device is found. Its destructor ends the connection in order, without moving anything.
+class DeviceDriver {
  public:
-  /// The wrench that the arm itself estimates or measures, on its flange, as a sensor that is mounted there reads it;
-  /// null: it has none. Lives as long as the driver.
-  [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
-  /// Asks the device to take set points again, after it stopped by itself or brakes were asked for: the explicit reset
-  /// without which nothing begins anew (row S4). Any thread.
+  virtual ~DeviceDriver() = default;
+  /// Asks the device to accept commands again, after it stopped by itself: the explicit reset without which nothing
+  /// begins anew (row S4). Any thread.
   virtual void reset() {}
   /// What changed since the last call, a line each: "state MON, quality 2", "lost 3 packets". Called now and then by a
   /// thread that is not the cycle. Realtime: setup.
@@ -66,21 +67,57 @@ class ArmDriver : public ArmBackend {
   [[nodiscard]] virtual std::span<const std::byte> state() const { return {}; }
 };
 
-/// The controller's side of a protocol, around an arm that takes set points each cycle. One thread calls advance().
+/// The driver of an arm.
+class ArmDriver : public ArmBackend, public DeviceDriver {
+ public:
+  /// The wrench that the arm itself estimates or measures, on its flange, as a sensor that is mounted there reads it;
+  /// null: it has none. Lives as long as the driver.
+  [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
+};
+
+/// The driver of a gripper.
+class GripperDriver : public GripperBackend, public DeviceDriver {
+ public:
+  /// Why the gripper is not ready, from GripperSample::fault; empty: it is, or the fault is not one of this driver.
+  /// Any thread. Realtime: setup.
+  [[nodiscard]] virtual std::string fault_text(std::uint32_t fault) const = 0;
+};
+
+/// The back ends of the terminals of an I/O block, by the names of its model (IoChannel::name).
+struct IoTerminals {
+  std::map<std::string, std::shared_ptr<SignalInputBackend<bool>>, std::less<>> digital_inputs;
+  std::map<std::string, std::shared_ptr<SignalInputBackend<double>>, std::less<>> analog_inputs;
+  std::map<std::string, std::shared_ptr<SignalOutputBackend<bool>>, std::less<>> digital_outputs;
+  std::map<std::string, std::shared_ptr<SignalOutputBackend<double>>, std::less<>> analog_outputs;
+};
+
+/// The driver of an I/O block.
+class IoDriver : public DeviceDriver {
+ public:
+  /// All terminals of the block's model; of use while the driver lives.
+  [[nodiscard]] virtual const IoTerminals& terminals() const = 0;
+  /// Its outputs accept values, its inputs have samples. Cycle thread. Realtime: cyclic.
+  [[nodiscard]] virtual bool ready() const = 0;
+  /// Why it is not ready; empty: it is. Cycle thread. Realtime: setup.
+  [[nodiscard]] virtual std::string fault_text() const = 0;
+};
+
+/// The controller's side of a protocol, around a machine that accepts set points each cycle. One thread calls
+/// advance().
 class ControllerEmulator {
  public:
   virtual ~ControllerEmulator() = default;
-  /// Once in each cycle of the arm, before the arm steps: reads it, answers what came over the wire, writes the set
+  /// Once in each cycle of the machine, before it steps: reads it, answers what came over the wire, writes the set
   /// point, sends. `now` is the core's time of the emulating process, cycle times period.
   virtual void advance(Nanoseconds now) = 0;
   /// Tool and payload as they are entered at the controller. Realtime: setup.
   virtual void set_tool(const ToolSetting& /*tool*/) {}
-  /// As of ArmDriver.
+  /// As of DeviceDriver.
   [[nodiscard]] virtual std::vector<std::string> news() { return {}; }
 };
 
-/// A kind of back end that speaks a protocol: "fri", "rtde". One object serves all devices; it has no state.
-/// Realtime: setup.
+/// A kind of back end that speaks a protocol: "fri", "wsg". It is an ArmDriverKind, GripperDriverKind or IoDriverKind.
+/// One object serves all devices; it has no state. Realtime: setup.
 class DriverKind {
  public:
   /// @param name  as "backend" in a site file and KIND of --backend @param doc  one line for people
@@ -95,6 +132,15 @@ class DriverKind {
   /// --backend is "ADDRESS,key=value,...": the first part without '=' is "address"; numbers and true/false keep their
   /// types. Errors go to the reader. @return never null
   [[nodiscard]] virtual std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const = 0;
+
+ private:
+  std::string name_, doc_;
+};
+
+/// A kind that drives arms.
+class ArmDriverKind : public DriverKind {
+ public:
+  using DriverKind::DriverKind;
   /// What keeps this driver from this arm, beyond its settings: another number of joints, another cycle. Empty:
   /// nothing.
   [[nodiscard]] virtual std::string refuse(const DriverSettings& settings, const ArmDescription& arm) const = 0;
@@ -115,9 +161,51 @@ class DriverKind {
   /// The controller's side alone, on the machine's sockets, for `takt emulate`.
   [[nodiscard]] virtual Result<std::unique_ptr<ControllerEmulator>> emulate(
       const DriverSettings& settings, const DriverRequest& request, std::shared_ptr<ArmBackend> machine) const = 0;
+};
 
- private:
-  std::string name_, doc_;
+/// What a driver, or an emulator, of a device that is no arm is told of it.
+template <class Description>
+struct DeviceRequest {
+  std::string device;  ///< its name in the cell
+  std::shared_ptr<const Description> description;
+  Nanoseconds core_period = kMillisecond;
+  std::uint64_t seed = 0;  ///< of the faults of a virtual wire
+};
+using GripperRequest = DeviceRequest<GripperDescription>;
+using IoRequest = DeviceRequest<IoDescription>;
+
+/// A kind that drives grippers. Functions as of ArmDriverKind.
+class GripperDriverKind : public DriverKind {
+ public:
+  using DriverKind::DriverKind;
+  [[nodiscard]] virtual std::string refuse(const DriverSettings& settings, const GripperDescription& gripper) const = 0;
+  /// From one sample to the next, ns.
+  [[nodiscard]] virtual Nanoseconds cycle(const DriverSettings& settings, const GripperDescription& gripper) const = 0;
+  [[nodiscard]] virtual Result<std::shared_ptr<GripperDriver>> connect(const DriverSettings& settings,
+                                                                       const GripperRequest& request,
+                                                                       const Clock& clock) const = 0;
+  [[nodiscard]] virtual Result<std::shared_ptr<GripperDriver>> connect_in_process(
+      const DriverSettings& settings, const GripperRequest& request, std::shared_ptr<GripperBackend> machine) const = 0;
+  [[nodiscard]] virtual Result<std::unique_ptr<ControllerEmulator>> emulate(
+      const DriverSettings& settings, const GripperRequest& request, std::shared_ptr<GripperBackend> machine) const = 0;
+};
+
+/// A kind that drives I/O blocks. Functions as of ArmDriverKind; time goes on by one core cycle when a terminal is
+/// looked at for the second time.
+class IoDriverKind : public DriverKind {
+ public:
+  using DriverKind::DriverKind;
+  [[nodiscard]] virtual std::string refuse(const DriverSettings& settings, const IoDescription& io) const = 0;
+  [[nodiscard]] virtual Nanoseconds cycle(const DriverSettings& settings, const IoDescription& io) const = 0;
+  [[nodiscard]] virtual Result<std::shared_ptr<IoDriver>> connect(const DriverSettings& settings,
+                                                                  const IoRequest& request,
+                                                                  const Clock& clock) const = 0;
+  [[nodiscard]] virtual Result<std::shared_ptr<IoDriver>> connect_in_process(const DriverSettings& settings,
+                                                                             const IoRequest& request,
+                                                                             const IoTerminals& machine) const = 0;
+  [[nodiscard]] virtual Result<std::unique_ptr<ControllerEmulator>> emulate(const DriverSettings& settings,
+                                                                            const IoRequest& request,
+                                                                            const IoTerminals& machine) const = 0;
 };
 
 /// All kinds of the process. A program adds those that it is linked with before it reads a site

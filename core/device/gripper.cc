@@ -113,7 +113,9 @@ void Gripper::hand_over() {
   if (proposed_) send(proposal_.width, proposal_.speed, proposal_.force);
   // A net that ends while the fingers are on their way leaves a device that moves: then the stop reaction runs (L5).
   if (std::exchange(releasing_, false)) stopping_ = !at_rest();
-  if (std::exchange(stopping_, false) && ready()) keep_grip();
+  // One that is not ready stops as soon as it is again: what it was told before does not go on.
+  if (stopping_ && ready()) keep_grip();
+  if (ready()) stopping_ = false;
   if (sent_.sequence > 0) call_border([this] { backend_->write(sent_); });
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/device/gripper.h"
@@ -73,6 +75,17 @@ inline device::GripperDescription fake_gripper_description() {
   gripper.force_min = 5.0;
   gripper.force_max = 80.0;
   return gripper;
+}
+
+/// A terminal of a block; analog ones have a range.
+inline device::IoChannel fake_channel(device::IoChannel::Kind kind, std::string name, double lower = 0.0,
+                                      double upper = 1.0) {
+  device::IoChannel channel;
+  channel.kind = kind;
+  channel.name = std::move(name);
+  channel.lower = lower;
+  channel.upper = upper;
+  return channel;
 }
 
 }  // namespace takt::test

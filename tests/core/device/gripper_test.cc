@@ -51,6 +51,26 @@ TEST_F(GripperTest, SendsNothingBeforeTheFirstCommandAndThenTheSameAgain) {
   EXPECT_EQ(backend->written[0].width, 0.02);
 }
 
+TEST_F(GripperTest, AStopWhileItIsNotReadyIsDoneWhenItIsAgain) {
+  cycle();
+  gripper.hold();
+  cycle(wanted(0.0));
+  backend->answer(GripperState::kMoving, 0.06);
+  backend->sample.ready = false;
+  cycle();
+  gripper.stop();
+  cycle();
+  cycle();
+  EXPECT_EQ(backend->written.size(), 1u) << "nobody would hear it";
+  backend->sample.ready = true;
+  cycle();
+  ASSERT_EQ(backend->written.size(), 2u);
+  EXPECT_EQ(backend->written[1].width, 0.06) << "it stays where it is";
+  gripper.hold();
+  cycle(wanted(0.0));
+  ASSERT_EQ(backend->written.size(), 3u) << "the command that was interrupted counts anew";
+}
+
 TEST_F(GripperTest, IsAtRestWhenItHasAnsweredAndStands) {
   cycle();
   EXPECT_TRUE(gripper.at_rest());
