@@ -11,6 +11,8 @@ namespace takt::hw {
 [[nodiscard]] std::unique_ptr<device::DriverKind> fri_kind();
 [[nodiscard]] std::unique_ptr<device::DriverKind> rtde_kind();
 [[nodiscard]] std::unique_ptr<device::DriverKind> cia402_kind();
+[[nodiscard]] std::unique_ptr<device::DriverKind> wsg_kind();
+[[nodiscard]] std::unique_ptr<device::DriverKind> modbus_kind();
 
 /// Makes all of them known to device::DriverKinds. May be called again. Realtime: setup.
 void add_own_drivers();

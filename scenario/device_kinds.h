@@ -19,6 +19,7 @@ namespace takt::scenario {
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_changer_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_side_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> vacuum_cup_kind();
 
 /// All of them: the one place that lists them.
 [[nodiscard]] std::vector<std::unique_ptr<DeviceKind>> own_device_kinds();

@@ -1,5 +1,7 @@
 #include "scenario/emulation_run.h"
 
+#include <algorithm>
+
 #include <pthread.h>
 #include <sys/mman.h>
 
@@ -7,6 +9,8 @@
 
 #include "core/base/clock.h"
 #include "core/device/driver.h"
+#include "scenario/cell_models.h"
+#include "scenario/signal_devices.h"
 
 namespace takt::scenario {
 namespace {
@@ -26,48 +30,75 @@ void sleep_until(Nanoseconds machine) {
 
 bool on_a_wire(const Binding& binding) { return binding.own_clock(); }
 
+std::string name_and(const std::string& name, const std::string& why) { return fmt::format("'{}': {}", name, why); }
+
 }  // namespace
 
 Result<std::unique_ptr<EmulationRun>> EmulationRun::create(Description description,
                                                            const device::ModelLibrary& models) {
   const Site site = std::exchange(description.site, {});
+  const Description described = description;
   Diagnostics warnings;
   auto built = build_cell(description, models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
   std::unique_ptr<EmulationRun> run(new EmulationRun(std::move(*built)));
-  Diagnostics diagnostics = run->add_emulators(site, description.seed);
+  Diagnostics ignored;  // found nothing when the cell was built
+  const auto devices = load_devices(described, models, ignored);
+  Diagnostics diagnostics = run->add_emulators(site, devices, described.seed);
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return run;
 }
 
-Diagnostics EmulationRun::add_emulators(const Site& site, std::uint64_t seed) {
+Result<std::unique_ptr<device::ControllerEmulator>> EmulationRun::emulator_of(const std::string& name,
+                                                                              const Binding& binding,
+                                                                              LoadedDevices devices,
+                                                                              std::uint64_t seed) {
+  const device::DriverKind* found = device::DriverKinds::global().find(binding.kind);
+  const Nanoseconds period = built_.core->period();
+  const auto refused = [&](const std::string& why) { return failure(Code::kIncompatible, {}, name_and(name, why)); };
+  if (const auto* arms = dynamic_cast<const device::ArmDriverKind*>(found)) {
+    const auto arm = built_.cell.arms.find(name);
+    if (arm == built_.cell.arms.end())
+      return failure(Code::kUnknownName, {}, fmt::format("there is no arm '{}'", name));
+    auto model = std::make_shared<const device::ArmDescription>(arm->second.device->description());
+    if (const std::string why = arms->refuse(*binding.driver, *model); !why.empty()) return refused(why);
+    auto emulator = arms->emulate(*binding.driver, {name, model, period, 0, seed},
+                                  built_.borrowed<device::ArmBackend>(built_.world->arm(name)));
+    if (emulator) (*emulator)->set_tool(arm->second.device->tool());
+    return emulator;
+  }
+  if (const auto* grippers = dynamic_cast<const device::GripperDriverKind*>(found)) {
+    const auto gripper = built_.cell.grippers.find(name);
+    if (gripper == built_.cell.grippers.end())
+      return failure(Code::kUnknownName, {}, fmt::format("there is no gripper '{}'", name));
+    auto model = std::make_shared<const device::GripperDescription>(gripper->second.device->description());
+    if (const std::string why = grippers->refuse(*binding.driver, *model); !why.empty()) return refused(why);
+    return grippers->emulate(*binding.driver, {name, model, period, seed},
+                             built_.borrowed<device::GripperBackend>(built_.world->gripper(name)));
+  }
+  const auto& blocks = dynamic_cast<const device::IoDriverKind&>(*found);
+  const auto block = std::ranges::find(devices, name, [](const auto& device) { return device->entry->name; });
+  const auto model = block == devices.end() ? nullptr : (*block)->as<device::IoDescription>();
+  if (!model) return failure(Code::kUnknownName, {}, fmt::format("there is no I/O block '{}'", name));
+  if (const std::string why = blocks.refuse(*binding.driver, *model); !why.empty()) return refused(why);
+  return blocks.emulate(*binding.driver, {name, model, period, seed},
+                        simulated_terminals(*(*block)->entry, *model, built_));
+}
+
+Diagnostics EmulationRun::add_emulators(const Site& site, LoadedDevices devices, std::uint64_t seed) {
   Diagnostics diagnostics;
   for (const auto& [name, binding] : site.devices) {
-    const auto arm = built_.cell.arms.find(name);
     if (!on_a_wire(binding)) continue;
-    if (arm == built_.cell.arms.end()) {
-      diagnostics.error(Code::kUnknownName, binding.pointer, fmt::format("there is no arm '{}'", name));
-      continue;
-    }
-    const device::Arm& device = *arm->second.device;
-    const device::DriverKind& kind = *device::DriverKinds::global().find(binding.kind);
-    auto description = std::make_shared<const device::ArmDescription>(device.description());
-    if (const std::string refusal = kind.refuse(*binding.driver, *description); !refusal.empty()) {
-      diagnostics.error(Code::kIncompatible, binding.pointer, fmt::format("'{}': {}", name, refusal));
-      continue;
-    }
-    auto emulator = kind.emulate(*binding.driver, {name, description, built_.core->period(), 0, seed},
-                                 built_.borrowed<device::ArmBackend>(built_.world->arm(name)));
+    auto emulator = emulator_of(name, binding, devices, seed);
     if (!emulator) {
       diagnostics.append(emulator.error(), binding.pointer);
       continue;
     }
-    (*emulator)->set_tool(device.tool());
     emulators_.push_back({name, std::move(*emulator)});
     served_.push_back({name, binding.kind, binding.driver->address});
   }
   if (emulators_.empty() && !diagnostics.has_errors()) {
-    diagnostics.error(Code::kRequires, "--backend", "no arm has a driver on a wire, so there is nothing to emulate",
+    diagnostics.error(Code::kRequires, "--backend", "no device has a driver on a wire, so there is nothing to emulate",
                       "--backend arm=fri:127.0.0.1, or --site FILE");
   }
   return diagnostics;

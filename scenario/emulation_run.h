@@ -11,7 +11,7 @@
 namespace takt::scenario {
 
 /// The controllers of a cell without its core: the simulated world, at the pace of the wall clock, and the emulated
-/// controllers of the arms that a site gives a driver. Programs that move them are other processes. Thread: one.
+/// controllers of the devices that a site gives a driver. Programs that move them are other processes. Thread: one.
 /// Realtime: setup.
 class EmulationRun {
  public:
@@ -30,7 +30,7 @@ class EmulationRun {
     std::string device, kind, address;
   };
 
-  /// @return diagnostics if no arm has a driver on a real wire, and all that is wrong with the cell
+  /// @return diagnostics if no device has a driver on a real wire, and all that is wrong with the cell
   [[nodiscard]] static Result<std::unique_ptr<EmulationRun>> create(Description description,
                                                                     const device::ModelLibrary& models);
   [[nodiscard]] const std::vector<Served>& served() const { return served_; }
@@ -39,7 +39,11 @@ class EmulationRun {
 
  private:
   explicit EmulationRun(BuiltCell built) : built_(std::move(built)) {}
-  [[nodiscard]] Diagnostics add_emulators(const Site& site, std::uint64_t seed);
+  [[nodiscard]] Diagnostics add_emulators(const Site& site, LoadedDevices devices, std::uint64_t seed);
+  [[nodiscard]] Result<std::unique_ptr<device::ControllerEmulator>> emulator_of(const std::string& name,
+                                                                                const Binding& binding,
+                                                                                LoadedDevices devices,
+                                                                                std::uint64_t seed);
   void tell_news(const Options& options);
 
   struct Emulated {

@@ -58,11 +58,12 @@ class GripperKind final : public DeviceKind {
   }
 
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
-    const auto model = device.as<GripperDescription>();
     const std::string& name = device.entry->name;
     const LoadedDevice* arm = carrying_arm(device);  // null: it lies in a dock
-    auto backend = built.borrowed<device::GripperBackend>(built.world->gripper(name));
-    auto& gripper = built.core->add(std::make_unique<device::Gripper>(name, model, std::move(backend)));
+    auto wired = built.site->wire(device, built.borrowed<device::GripperBackend>(built.world->gripper(name)));
+    auto backend = built.commands->tap(name, std::move(wired.backend));
+    auto& gripper =
+        built.core->add(std::make_unique<device::Gripper>(name, std::move(wired.description), std::move(backend)));
     built.cell.grippers[name] = {&gripper, arm ? arm->entry->name : std::string()};
   }
 };

@@ -161,40 +161,81 @@ class IoKind final : public DeviceKind {
   }
 
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
-    const auto io = device.as<IoDescription>();
     Diagnostics ignored;  // checked before
-    for (const Terminal& terminal : terminals_of(*device.entry, *io, ignored)) add(terminal, *io, built);
+    const auto terminals = terminals_of(*device.entry, *device.as<IoDescription>(), ignored);
+    const auto wired = built.site->wire(device, simulated_terminals(*device.entry, *device.as<IoDescription>(), built));
+    for (const Terminal& terminal : terminals) add(terminal, wired, built);
   }
 
  private:
-  static void add(const Terminal& terminal, const IoDescription& io, BuiltCell& built) {
+  static void add(const Terminal& terminal, const SiteDevices::WiredIo& wired, BuiltCell& built) {
     const std::string& name = terminal.name;
     const IoChannel& channel = *terminal.channel;
     switch (channel.kind) {
       case IoChannel::Kind::kDigitalInput:
-        built.cell.digital_inputs[name] = &add_input<bool>(name, "", io.sample_age_max, built);
+        built.cell.digital_inputs[name] = &add_input(terminal, wired.terminals.digital_inputs, wired, built);
         break;
       case IoChannel::Kind::kAnalogInput:
-        built.cell.analog_inputs[name] = &add_input<double>(name, channel.unit, io.sample_age_max, built);
+        built.cell.analog_inputs[name] = &add_input(terminal, wired.terminals.analog_inputs, wired, built);
         break;
       case IoChannel::Kind::kDigitalOutput:
-        built.cell.digital_outputs[name] = &add_output<bool>(terminal, built);
+        built.cell.digital_outputs[name] = &add_output(terminal, wired.terminals.digital_outputs, built);
         break;
       case IoChannel::Kind::kAnalogOutput:
-        built.cell.analog_outputs[name] = &add_output<double>(terminal, built);
+        built.cell.analog_outputs[name] = &add_output(terminal, wired.terminals.analog_outputs, built);
         break;
     }
   }
 
   template <class T>
-  static device::SignalOutput<T>& add_output(const Terminal& terminal, BuiltCell& built) {
-    auto backend = built.borrowed<device::SignalOutputBackend<T>>(built.world->output(terminal.name));
+  using Inputs = std::map<std::string, std::shared_ptr<device::SignalInputBackend<T>>, std::less<>>;
+  template <class T>
+  using Outputs = std::map<std::string, std::shared_ptr<device::SignalOutputBackend<T>>, std::less<>>;
+
+  template <class T>
+  static device::SignalInput<T>& add_input(const Terminal& terminal, const Inputs<T>& inputs,
+                                           const SiteDevices::WiredIo& wired, BuiltCell& built) {
+    device::SignalInputDescription<T> description{.unit = terminal.channel->is_analog() ? terminal.channel->unit : "",
+                                                  .sample_age_max = wired.description->sample_age_max};
+    return built.core->add(std::make_unique<device::SignalInput<T>>(terminal.name, std::move(description),
+                                                                    inputs.at(terminal.channel->name)));
+  }
+  template <class T>
+  static device::SignalOutput<T>& add_output(const Terminal& terminal, const Outputs<T>& outputs, BuiltCell& built) {
+    auto backend = built.commands->tap(terminal.name, outputs.at(terminal.channel->name));
     return built.core->add(std::make_unique<device::SignalOutput<T>>(terminal.name, output_of<T>(*terminal.channel),
                                                                      std::move(backend), built.core->period()));
   }
 };
 
 }  // namespace
+
+device::IoTerminals simulated_terminals(const DeviceEntry& entry, const IoDescription& io, BuiltCell& built) {
+  Diagnostics ignored;  // checked before
+  device::IoTerminals terminals;
+  for (const Terminal& one : terminals_of(entry, io, ignored)) {
+    const std::string& channel = one.channel->name;
+    switch (one.channel->kind) {
+      case IoChannel::Kind::kDigitalInput:
+        terminals.digital_inputs[channel] =
+            built.borrowed<device::SignalInputBackend<bool>>(built.world->input(one.name));
+        break;
+      case IoChannel::Kind::kAnalogInput:
+        terminals.analog_inputs[channel] =
+            built.borrowed<device::SignalInputBackend<double>>(built.world->input(one.name));
+        break;
+      case IoChannel::Kind::kDigitalOutput:
+        terminals.digital_outputs[channel] =
+            built.borrowed<device::SignalOutputBackend<bool>>(built.world->output(one.name));
+        break;
+      case IoChannel::Kind::kAnalogOutput:
+        terminals.analog_outputs[channel] =
+            built.borrowed<device::SignalOutputBackend<double>>(built.world->output(one.name));
+        break;
+    }
+  }
+  return terminals;
+}
 
 std::unique_ptr<DeviceKind> io_kind() { return std::make_unique<IoKind>(); }
 

@@ -17,4 +17,8 @@ device::SignalInput<T>& add_input(const std::string& name, const std::string& un
   return built.core->add(std::make_unique<device::SignalInput<T>>(name, std::move(description), std::move(backend)));
 }
 
+/// The simulated terminals of a block, by the names of its model. @param entry  of a scenario that was checked
+[[nodiscard]] device::IoTerminals simulated_terminals(const DeviceEntry& entry, const device::IoDescription& io,
+                                                      BuiltCell& built);
+
 }  // namespace takt::scenario

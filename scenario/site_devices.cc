@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "scenario/shadowed_arm.h"
+#include "scenario/shadowed_devices.h"
 
 namespace takt::scenario {
 namespace {
@@ -16,6 +17,30 @@ std::shared_ptr<const Description> with_cycle(const Description& model, Nanoseco
   adapted->sample_age_max = model.sample_age_max / model.cycle * cycle;
   adapted->cycle = cycle;
   return adapted;
+}
+
+/// Of a binding that was checked.
+const device::ArmDriverKind& arm_kind_of(const Binding& binding) {
+  return dynamic_cast<const device::ArmDriverKind&>(*device::DriverKinds::global().find(binding.kind));
+}
+
+/// Connects a device that is no arm: over its own wire, or in the process around its simulated machine.
+template <class Driver, class Kind, class Request, class Machine>
+Result<std::shared_ptr<Driver>> connect_device(const Binding& binding, const Request& request, const Clock& clock,
+                                               const Machine& machine) {
+  const auto& kind = dynamic_cast<const Kind&>(*device::DriverKinds::global().find(binding.kind));
+  return binding.own_clock() ? kind.connect(*binding.driver, request, clock)
+                             : kind.connect_in_process(*binding.driver, request, machine);
+}
+
+/// A back end that keeps the driver that it belongs to.
+template <class Backend>
+std::map<std::string, std::shared_ptr<Backend>, std::less<>> kept_with(
+    const std::shared_ptr<device::IoDriver>& driver,
+    const std::map<std::string, std::shared_ptr<Backend>, std::less<>>& terminals) {
+  std::map<std::string, std::shared_ptr<Backend>, std::less<>> kept;
+  for (const auto& [name, terminal] : terminals) kept[name] = std::shared_ptr<Backend>(driver, terminal.get());
+  return kept;
 }
 
 }  // namespace
@@ -32,21 +57,36 @@ std::optional<emulation::SlowOptions> SiteDevices::options_for(const LoadedDevic
   return emulation::SlowOptions{.cycle = cycle};
 }
 
+/// What keeps the driver of a site from a device; empty: nothing.
+std::string SiteDevices::refusal_of(const LoadedDevice& device, const Binding& binding) const {
+  const device::DriverKind* kind = device::DriverKinds::global().find(binding.kind);
+  if (const auto* arms = dynamic_cast<const device::ArmDriverKind*>(kind)) {
+    if (const auto arm = device.as<device::ArmDescription>()) return arms->refuse(*binding.driver, *arm);
+  } else if (const auto* grippers = dynamic_cast<const device::GripperDriverKind*>(kind)) {
+    if (const auto gripper = device.as<device::GripperDescription>())
+      return grippers->refuse(*binding.driver, *gripper);
+  } else if (const auto* blocks = dynamic_cast<const device::IoDriverKind*>(kind)) {
+    if (const auto io = device.as<device::IoDescription>()) return blocks->refuse(*binding.driver, *io);
+  }
+  return fmt::format("'{}' is of kind '{}'", device.entry->name, device.kind->name());
+}
+
 void SiteDevices::check_driver(const LoadedDevice& device, const Binding& binding, Diagnostics& diagnostics) const {
-  const auto arm = device.as<device::ArmDescription>();
-  const std::string refusal = arm ? device::DriverKinds::global().find(binding.kind)->refuse(*binding.driver, *arm)
-                                  : fmt::format("'{}' is of kind '{}'", device.entry->name, device.kind->name());
+  const std::string refusal = refusal_of(device, binding);
   if (refusal.empty()) return;
   diagnostics.add({Severity::kError, Code::kIncompatible, binding.file, binding.pointer,
                    fmt::format("'{}' is not reached as '{}': {}", device.entry->name, binding.kind, refusal),
-                   "an arm that this driver is for"});
+                   "a device that this driver is for"});
 }
 
 /// From a set point's time to when the machine is told it, without padding; 0: it lives in the core's cycle.
 Nanoseconds SiteDevices::delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const {
   const Binding* binding = site_.find(device.entry->name);
-  if (binding && binding->driver)
-    return device::DriverKinds::global().find(binding->kind)->delay(*binding->driver, arm, period_);
+  if (binding && binding->driver) {
+    // A driver of something else is an error that plan() has reported.
+    const auto* kind = dynamic_cast<const device::ArmDriverKind*>(device::DriverKinds::global().find(binding->kind));
+    return kind ? kind->delay(*binding->driver, arm, period_) : 0;
+  }
   const auto options = options_for(device, arm.cycle);
   return options ? options->delay(period_) : 0;
 }
@@ -110,7 +150,7 @@ bool SiteDevices::differ_in_delay(const ArmGroups& groups) const {
 SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Binding& binding,
                                            std::shared_ptr<device::ArmBackend> machine) {
   const auto model = device.as<device::ArmDescription>();
-  const device::DriverKind& kind = *device::DriverKinds::global().find(binding.kind);
+  const device::ArmDriverKind& kind = arm_kind_of(binding);
   const Nanoseconds padding = padded_delay(device.entry->name) - delays_.at(device.entry->name);
   auto description = with_cycle(*model, kind.cycle(*binding.driver, *model));
   const device::DriverRequest request{device.entry->name, description, period_, padding, seed_};
@@ -121,9 +161,52 @@ SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Bin
     return {std::move(machine), model};
   }
   drivers_[request.device] = *driver;
+  all_drivers_[request.device] = *driver;
   if (!binding.own_clock()) return {std::move(*driver), std::move(description)};
   own_clock_ = true;
   return {std::make_shared<ShadowedArm>(std::move(*driver), std::move(machine)), std::move(description)};
+}
+
+SiteDevices::WiredGripper SiteDevices::wire(const LoadedDevice& device,
+                                            std::shared_ptr<device::GripperBackend> machine) {
+  const auto model = device.as<device::GripperDescription>();
+  const Binding* binding = site_.find(device.entry->name);
+  if (!binding || !binding->driver || !site_.connect) return {std::move(machine), model};
+  const auto& kind = dynamic_cast<const device::GripperDriverKind&>(*device::DriverKinds::global().find(binding->kind));
+  auto description = with_cycle(*model, kind.cycle(*binding->driver, *model));
+  const device::GripperRequest request{device.entry->name, description, period_, seed_};
+  auto driver = connect_device<device::GripperDriver, device::GripperDriverKind>(*binding, request, clock_, machine);
+  if (!driver) {
+    problems_.append(driver.error(), binding->pointer, binding->file);
+    return {std::move(machine), model};
+  }
+  gripper_drivers_[request.device] = *driver;
+  all_drivers_[request.device] = *driver;
+  if (!binding->own_clock()) return {std::move(*driver), std::move(description)};
+  own_clock_ = true;
+  return {std::make_shared<ShadowedGripper>(std::move(*driver), std::move(machine)), std::move(description)};
+}
+
+SiteDevices::WiredIo SiteDevices::wire(const LoadedDevice& device, device::IoTerminals machine) {
+  const auto model = device.as<device::IoDescription>();
+  const Binding* binding = site_.find(device.entry->name);
+  if (!binding || !binding->driver || !site_.connect) return {std::move(machine), model};
+  const auto& kind = dynamic_cast<const device::IoDriverKind&>(*device::DriverKinds::global().find(binding->kind));
+  auto description = with_cycle(*model, kind.cycle(*binding->driver, *model));
+  const device::IoRequest request{device.entry->name, description, period_, seed_};
+  auto driver = connect_device<device::IoDriver, device::IoDriverKind>(*binding, request, clock_, machine);
+  if (!driver) {
+    problems_.append(driver.error(), binding->pointer, binding->file);
+    return {std::move(machine), model};
+  }
+  io_drivers_[request.device] = *driver;
+  all_drivers_[request.device] = *driver;
+  own_clock_ = own_clock_ || binding->own_clock();
+  const device::IoTerminals& wired = (*driver)->terminals();
+  device::IoTerminals terminals{kept_with(*driver, wired.digital_inputs), kept_with(*driver, wired.analog_inputs),
+                                kept_with(*driver, wired.digital_outputs), kept_with(*driver, wired.analog_outputs)};
+  if (binding->own_clock()) show_outputs(terminals, machine);
+  return {std::move(terminals), std::move(description)};
 }
 
 std::shared_ptr<device::ForceTorqueBackend> SiteDevices::own_force(const std::string& arm) const {
@@ -167,7 +250,7 @@ SiteDevices::WiredSensor SiteDevices::wire(const LoadedDevice& device,
 void SiteDevices::add_to(rcc::Digest& digest) const {
   for (const auto& [name, arm] : arms_) digest.add_block(name + "/wire", arm->state().bytes());
   for (const auto& [name, sensor] : sensors_) digest.add_block(name + "/wire", sensor->state().bytes());
-  for (const auto& [name, driver] : drivers_) {
+  for (const auto& [name, driver] : all_drivers_) {
     if (!driver->state().empty()) digest.add_block(name + "/wire", driver->state());
   }
 }
@@ -179,10 +262,31 @@ std::string SiteDevices::waiting_for(const command::Cell& cell) const {
   for (const auto& [name, driver] : drivers_) {
     if (!cell.arms.at(name).device->ready()) return name;
   }
+  for (const auto& [name, driver] : gripper_drivers_) {
+    if (!cell.grippers.at(name).device->ready()) return name;
+  }
+  for (const auto& [name, driver] : io_drivers_) {
+    if (!driver->ready()) return name;
+  }
   for (const auto& [name, slow] : sensors_) {
     if (!cell.sensors.at(name).device->has_sample()) return name;
   }
   return {};
+}
+
+std::string SiteDevices::why_waiting(const std::string& device, const command::Cell& cell) const {
+  if (drivers_.contains(device)) {
+    const device::Arm& arm = *cell.arms.at(device).device;
+    return arm.has_sample() ? arm.fault_text()
+                            : "nothing has come from its controller; check address, cable and program";
+  }
+  if (const auto driver = gripper_drivers_.find(device); driver != gripper_drivers_.end()) {
+    const device::Gripper& gripper = *cell.grippers.at(device).device;
+    return gripper.sample().sequence > 0 ? driver->second->fault_text(gripper.sample().fault)
+                                         : "nothing has come from it; check its address, its cable and its settings";
+  }
+  const auto io = io_drivers_.find(device);
+  return io == io_drivers_.end() ? std::string() : io->second->fault_text();
 }
 
 std::string SiteDevices::kind_of(const std::string& device) const {
@@ -206,7 +310,7 @@ double SiteDevices::speed_override() const {
 
 std::vector<std::string> SiteDevices::news() {
   std::vector<std::string> news;
-  for (const auto& [name, driver] : drivers_) {
+  for (const auto& [name, driver] : all_drivers_) {
     for (const std::string& line : driver->news()) news.push_back(name + ": " + line);
   }
   return news;

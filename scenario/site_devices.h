@@ -9,6 +9,7 @@
 #include "core/device/arm.h"
 #include "core/device/driver.h"
 #include "core/device/force_torque_sensor.h"
+#include "core/device/gripper.h"
 #include "core/emulation/slow_arm.h"
 #include "core/emulation/slow_force_torque.h"
 #include "core/rcc/control_core.h"
@@ -44,6 +45,18 @@ class SiteDevices {
     std::shared_ptr<const device::ForceTorqueDescription> description;
   };
   [[nodiscard]] WiredSensor wire(const LoadedDevice& device, std::shared_ptr<device::ForceTorqueBackend> machine);
+  /// The back end of a gripper, and its description with the cycle that it really has.
+  struct WiredGripper {
+    std::shared_ptr<device::GripperBackend> backend;
+    std::shared_ptr<const device::GripperDescription> description;
+  };
+  [[nodiscard]] WiredGripper wire(const LoadedDevice& device, std::shared_ptr<device::GripperBackend> machine);
+  /// The back ends of a block's terminals, and its description with the cycle that it really has.
+  struct WiredIo {
+    device::IoTerminals terminals;
+    std::shared_ptr<const device::IoDescription> description;
+  };
+  [[nodiscard]] WiredIo wire(const LoadedDevice& device, device::IoTerminals machine);
   /// What the controller of an arm says that the arm feels (row `own_force` of an arm); null: it says nothing of its
   /// own, the external torques are what there is.
   [[nodiscard]] std::shared_ptr<device::ForceTorqueBackend> own_force(const std::string& arm) const;
@@ -65,8 +78,19 @@ class SiteDevices {
   [[nodiscard]] std::map<std::string, device::Reality> realities() const;
   /// Share of the planned speed with which a run begins (docs/hardware.md).
   [[nodiscard]] double speed_override() const;
-  /// The drivers, by the names of their arms.
-  [[nodiscard]] const std::map<std::string, std::shared_ptr<device::ArmDriver>>& drivers() const { return drivers_; }
+  /// The drivers of arms, by the names of these.
+  [[nodiscard]] const std::map<std::string, std::shared_ptr<device::ArmDriver>>& arm_drivers() const {
+    return drivers_;
+  }
+  /// Some device has a driver.
+  [[nodiscard]] bool has_drivers() const { return !all_drivers_.empty(); }
+  /// Why a device that waiting_for() names does not become ready; empty: it does not say.
+  [[nodiscard]] std::string why_waiting(const std::string& device, const command::Cell& cell) const;
+  /// The device is reached over a real wire.
+  [[nodiscard]] bool on_own_clock(const std::string& device) const {
+    const Binding* binding = site_.find(device);
+    return binding && binding->own_clock();
+  }
   /// Some device is reached over a real wire: the run keeps the machine's time, cycle by cycle.
   [[nodiscard]] bool own_clock() const { return own_clock_; }
   /// The core's time for those; whoever steps the core aligns it and tells it what he leaves out.
@@ -80,6 +104,7 @@ class SiteDevices {
 
   [[nodiscard]] WiredArm connect(const LoadedDevice& device, const Binding& binding,
                                  std::shared_ptr<device::ArmBackend> machine);
+  [[nodiscard]] std::string refusal_of(const LoadedDevice& device, const Binding& binding) const;
   void check_driver(const LoadedDevice& device, const Binding& binding, Diagnostics& diagnostics) const;
   [[nodiscard]] Nanoseconds delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const;
   [[nodiscard]] Nanoseconds padded_delay(const std::string& arm) const;
@@ -93,6 +118,9 @@ class SiteDevices {
   Diagnostics problems_;
   std::vector<std::string> names_;  ///< of all devices
   std::map<std::string, std::shared_ptr<device::ArmDriver>> drivers_;
+  std::map<std::string, std::shared_ptr<device::GripperDriver>> gripper_drivers_;
+  std::map<std::string, std::shared_ptr<device::IoDriver>> io_drivers_;
+  std::map<std::string, std::shared_ptr<device::DeviceDriver>> all_drivers_;  ///< these, by device
   std::map<std::string, std::shared_ptr<emulation::SlowArm>> arms_;
   std::map<std::string, std::shared_ptr<emulation::SlowForceTorque>> sensors_;
 };

@@ -90,7 +90,8 @@ class ToolChangerKind final : public DeviceKind {
     device::SignalOutputDescription<bool> description;
     description.initial = locked;
     built.cell.digital_outputs[full] = &built.core->add(std::make_unique<device::SignalOutput<bool>>(
-        full, description, built.borrowed<device::SignalOutputBackend<bool>>(&machine.lock), built.core->period()));
+        full, description, built.commands->tap(full, built.borrowed<device::SignalOutputBackend<bool>>(&machine.lock)),
+        built.core->period()));
   }
 
   static void add_inputs(const std::string& name, const ToolChangerDescription& model, sim::SimToolChanger& machine,

@@ -46,9 +46,9 @@ VirtualFaults read_faults(ObjectReader& reader) {
   return faults;
 }
 
-class Cia402Kind final : public device::DriverKind {
+class Cia402Kind final : public device::ArmDriverKind {
  public:
-  Cia402Kind() : DriverKind("cia402", "drives of CiA 402 on CANopen: position mode, this side sets the pace") {}
+  Cia402Kind() : ArmDriverKind("cia402", "drives of CiA 402 on CANopen: position mode, this side sets the pace") {}
 
   [[nodiscard]] std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const override {
     auto settings = std::make_shared<Cia402Settings>();

@@ -48,9 +48,9 @@ void read_address(ObjectReader& reader, FriSettings& settings) {
   settings.endpoint = *endpoint;
 }
 
-class FriKind final : public device::DriverKind {
+class FriKind final : public device::ArmDriverKind {
  public:
-  FriKind() : DriverKind("fri", "KUKA LWR 4+ over FRI 1.0: UDP, the controller sets the pace") {}
+  FriKind() : ArmDriverKind("fri", "KUKA LWR 4+ over FRI 1.0: UDP, the controller sets the pace") {}
 
   [[nodiscard]] std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const override {
     auto settings = std::make_shared<FriSettings>();
