@@ -258,5 +258,11 @@ TEST(FriPacket, NumbersThatAreNoneArePassedOn) {
   EXPECT_TRUE(std::isinf(m->q[1]));
 }
 
+TEST(FriPacket, StatesHaveTheirNames) {
+  EXPECT_EQ(name_of(State::kOff), "OFF");
+  EXPECT_EQ(name_of(State::kMonitor), "MON");
+  EXPECT_EQ(name_of(State::kCommand), "CMD");
+}
+
 }  // namespace
 }  // namespace takt::hw::fri

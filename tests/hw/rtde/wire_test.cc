@@ -163,5 +163,39 @@ TEST(RtdeFields, NamesAreSplitAtCommas) {
   EXPECT_TRUE(split_names(",,,").empty());
 }
 
+TEST(RtdeFields, NoNameIsFoundTwiceOrInPart) {
+  for (const FieldTable* table : {&output_fields(), &input_fields()}) {
+    const auto names = table->names();
+    EXPECT_GT(names.size(), 100u);
+    for (const std::string& name : names) {
+      EXPECT_TRUE(table->find(name)) << name;
+      EXPECT_FALSE(table->find(name + "~")) << name;
+    }
+    EXPECT_FALSE(table->find("~")) << "behind the last";
+  }
+}
+
+TEST(RtdeWire, ASetUpIsAnsweredWithOrWithoutANumber) {
+  for (const bool with_id : {false, true}) {
+    const std::string package = encode_setup_reply(PackageType::kSetupOutputs, 7, "DOUBLE,VECTOR6D", with_id);
+    const auto reply = decode_setup_reply(std::string_view(package).substr(kHeaderSize), with_id);
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->id, with_id ? 7 : 1);
+    EXPECT_EQ(reply->words.size(), 2u);
+  }
+}
+
+TEST(RtdeWire, TypesOfPackagesHaveTheirNames) {
+  std::string all;
+  for (const PackageType type :
+       {PackageType::kProtocolVersion, PackageType::kControllerVersion, PackageType::kText, PackageType::kData,
+        PackageType::kSetupOutputs, PackageType::kSetupInputs, PackageType::kStart, PackageType::kPause})
+    all += std::string(name_of(type)) + " ";
+  EXPECT_EQ(all,
+            "REQUEST_PROTOCOL_VERSION GET_URCONTROL_VERSION TEXT_MESSAGE DATA_PACKAGE SETUP_OUTPUTS SETUP_INPUTS START "
+            "PAUSE ");
+  EXPECT_EQ(name_of(static_cast<PackageType>(0)), "unknown");
+}
+
 }  // namespace
 }  // namespace takt::rtde

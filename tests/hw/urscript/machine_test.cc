@@ -55,6 +55,73 @@ TEST(Urscript, ExpressionsHaveTheUsualOrder) {
   EXPECT_EQ(bench.run("note(2147483647 + 1)"), "2.14748e+09");
 }
 
+TEST(Urscript, WordsNumbersAndTexts) {
+  Bench bench;
+  EXPECT_EQ(bench.run("note(.5 + 0.25)"), "0.75") << "a number may begin with its point";
+  EXPECT_EQ(bench.run("note(1e1)"), "10");
+  EXPECT_EQ(bench.run("note(99999999999)"), "1e+11") << "beyond an integer it is a real number";
+  EXPECT_EQ(bench.run("note('a b')"), bench.run("note(\"a b\")")) << "either quotation mark";
+  EXPECT_EQ(bench.run("\tAb_9 = +1 \r\n note(Ab_9) # a comment\n$ 1 \"a line of the editor\"\nnote(False)"), "1 False");
+  EXPECT_EQ(bench.run("note(- -1)"), "1");
+  EXPECT_EQ(bench.run("note(1 + (not True))"), bench.run("note(1 + not True)"));
+  EXPECT_EQ(bench.run("note(pair(-1))"), "[-1, 2]");
+  EXPECT_EQ(bench.run("x = [[1, 2], 3]\nnote(x[1])"), "3");
+  EXPECT_EQ(bench.run("note(1);;note(2);"), "1 2");
+}
+
+TEST(Urscript, DefaultsAreConstants) {
+  Bench bench;
+  EXPECT_EQ(bench.run("def m():\ndef f(a=-1):\nreturn a\nend\nnote(f())\nend"), "-1");
+  EXPECT_EQ(bench.run("def m():\ndef f(a=[1, -2]):\nreturn a\nend\nnote(f())\nend"), "[1, -2]");
+  EXPECT_EQ(bench.run("def m():\ndef f(a=p[1, 2, 3, 0, 0, 0]):\nreturn a\nend\nnote(f())\nend"),
+            bench.run("note(p[1, 2, 3, 0, 0, 0])"));
+  EXPECT_TRUE(bench.run("def m():\ndef f(a=1 + g()):\nreturn a\nend\nnote(f())\nend").starts_with("refused"));
+}
+
+TEST(Urscript, WhatIsNoScriptIsRefused) {
+  Bench bench;
+  for (const char* wrong :
+       {"note(1",    "note(1]",    "note 1)",        "x = ",     "x = * 1",      "x[",       "x[]= 1",  "x[1 = 2",
+        "def (",     "def end():", "def f(1):\nend", "def f():", "if True\nend", "if True:", "while:",  "thread t()",
+        "run 1",     "join",       "return return",  "global 1", "local = 1",    "1 = 2",    "f() = 2", "\x01",
+        "@",         "\"no end",   "'no end",        "end",      "else:",        "not",      "sec s(:", "x = p[1, 2",
+        "x = [1, 2", "x.y = 1"}) {
+    EXPECT_TRUE(bench.run(wrong).starts_with("refused")) << wrong;
+    EXPECT_FALSE(bench.error.text.empty()) << wrong;
+  }
+}
+
+/// Any beginning of a script is accepted or refused, and a refusal has a reason.
+TEST(Urscript, AScriptThatIsCutAnywhere) {
+  const std::string whole = R"(def program():
+  global q = [0, -1.5, .5e1, "a", 'b', True, False]
+  local p1 = p[0.1, 0.2, 0.3, 0, 0, 0]
+  thread t():
+    while True:
+      sync()
+    end
+  end
+  def g(a, b=2):
+    return a + b % 3
+  end
+  h = run t()
+  if not (g(1) >= 2 and q[0] == 0):
+    note(q[1])
+  elif 1 != 2 or False:
+    q[0] = -g(1, b=3)
+  else:
+    note(+1)
+  end
+  kill h
+end
+)";
+  for (std::size_t size = 0; size <= whole.size(); ++size) {
+    Bench bench;
+    const bool refused = bench.run(whole.substr(0, size), 3).starts_with("refused");
+    EXPECT_EQ(refused, !bench.error.text.empty()) << whole.substr(0, size);
+  }
+}
+
 TEST(Urscript, BranchesAndLoops) {
   Bench bench;
   EXPECT_EQ(
