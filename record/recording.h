@@ -29,6 +29,10 @@ inline constexpr std::string_view kContactTopic = "/contacts";
 /// where there are fewer. For people as well.
 inline constexpr std::string_view kContactForceTopic = "/contact_forces";
 inline constexpr std::size_t kMostContactForces = 8;
+/// Topic of what became of the expectations, at the end of the run.
+inline constexpr std::string_view kExpectationTopic = "/expectations";
+/// End of the topics of what was commanded, call by call.
+inline constexpr std::string_view kCommandSuffix = "/command";
 /// Topic of the log as other tools show it (foxglove.Log); takt's own events say the same and more.
 inline constexpr std::string_view kLogTopic = "/log";
 

@@ -108,8 +108,9 @@ void ArmKind::simulate(const LoadedDevice& device, sim::WorldDescription& world)
 void ArmKind::add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const {
   const std::string& name = device.entry->name;
   auto wired = built.site->wire(device, built.borrowed<device::ArmBackend>(built.world->arm(name)));
-  auto& arm = built.core->add(
-      std::make_unique<device::Arm>(name, wired.description, std::move(wired.backend), built.core->period()));
+  auto backend = built.commands->tap(name, std::move(wired.backend), static_cast<int>(wired.description->home.size()));
+  auto& arm =
+      built.core->add(std::make_unique<device::Arm>(name, wired.description, std::move(backend), built.core->period()));
   command::MountedArm mounted;
   mounted.device = &arm;
   mounted.start = start_of(device);

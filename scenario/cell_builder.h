@@ -8,6 +8,7 @@
 #include "core/device/emergency_stop.h"
 #include "core/expression/cell.h"
 #include "core/rcc/control_core.h"
+#include "scenario/command_tape.h"
 #include "scenario/description.h"
 #include "scenario/site_devices.h"
 #include "sim/world.h"
@@ -19,6 +20,7 @@ namespace takt::scenario {
 struct BuiltCell {
   std::shared_ptr<sim::World> world;  ///< outlives the core: devices borrow their back ends from it
   std::unique_ptr<SiteDevices> site;  ///< what stands between the machines of the world and the devices of the core
+  std::shared_ptr<CommandTape> commands = std::make_shared<CommandTape>();  ///< what the core hands over; outlives it
   std::unique_ptr<rcc::ControlCore> core;
   command::Cell cell;
   device::EmergencyStop* emergency_stop = nullptr;  ///< null: the scenario never presses one

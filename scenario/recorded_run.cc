@@ -17,12 +17,13 @@ std::optional<std::uint64_t> parse_seed(const std::string& text) {
 
 }  // namespace
 
-Result<Description> recorded_scenario(const record::Recording& recording) {
+Result<Description> recorded_scenario(const record::Recording& recording, const std::vector<Override>& overrides,
+                                      std::optional<std::uint64_t> other_seed) {
   const auto scenario = recording.attachment("scenario.json");
   if (!scenario)
     return failure(Code::kMissing, {}, "there is no scenario in this recording", "one made by takt run --record");
-  auto description = parse_description(*scenario);
-  if (!description) return description;
+  auto description = parse_description(*scenario, overrides, other_seed);
+  if (!description || other_seed) return description;
   const auto run = recording.metadata().find("takt.run");
   if (run == recording.metadata().end()) return description;
   const auto text = run->second.find("seed");

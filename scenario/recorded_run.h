@@ -1,13 +1,19 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <vector>
+
 #include "core/base/diagnostics.h"
 #include "record/recording.h"
 #include "scenario/description.h"
 
 namespace takt::scenario {
 
-/// The scenario that a recording carries, with the seed of its run.
+/// The scenario that a recording carries, with the seed of its run, or with another one, and with changes.
 /// @return diagnostics: there is no scenario, it is not valid, the recorded seed is no whole number. Realtime: setup.
-[[nodiscard]] Result<Description> recorded_scenario(const record::Recording& recording);
+[[nodiscard]] Result<Description> recorded_scenario(const record::Recording& recording,
+                                                    const std::vector<Override>& overrides = {},
+                                                    std::optional<std::uint64_t> seed = {});
 
 }  // namespace takt::scenario

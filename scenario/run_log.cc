@@ -29,6 +29,8 @@ constexpr LevelRow kLevels[] = {
     {"operator", "cancel", LogLevel::kWarning},
     {"operator", "abort", LogLevel::kWarning},
     {"contact", "unexpected", LogLevel::kError},
+    {kExpectationSource, "held", LogLevel::kDebug},
+    {kExpectationSource, "not held", LogLevel::kWarning},
     {"fault", "", LogLevel::kWarning},
     {"", "fault", LogLevel::kError},
     {"", "lost", LogLevel::kWarning},

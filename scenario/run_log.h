@@ -17,6 +17,9 @@ namespace takt::scenario {
 
 using record::LogLevel;
 
+/// Who tells what became of the expectations.
+inline constexpr std::string_view kExpectationSource = "expectation";
+
 /// One line of what a run tells of itself: on the terminal, with --json, in the recording, by `takt events`.
 struct LogEntry {
   Nanoseconds time = 0;  ///< simulated

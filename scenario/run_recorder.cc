@@ -71,6 +71,10 @@ std::string device_topic(const std::string& device) {
   return topic;
 }
 
+std::string command_topic(const std::string& device) {
+  return device_topic(device) + std::string(record::kCommandSuffix);
+}
+
 Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::path& path,
                                                        const Description& description, const BuiltCell& built,
                                                        const RunOptions& run) {
@@ -91,15 +95,17 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
   }
   auto recorder = record::Recorder::open(path, std::move(options));
   if (!recorder) return std::unexpected(std::move(recorder.error()));
-  return std::unique_ptr<RunRecorder>(new RunRecorder(std::move(*recorder), built, run.record_blocks));
+  return std::unique_ptr<RunRecorder>(
+      new RunRecorder(std::move(*recorder), built, run.record_blocks, !description.expectations.empty()));
 }
 
-RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks)
+RunRecorder::RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks,
+                         bool expects)
     : recorder_(std::move(recorder)), built_(built), with_blocks_(with_blocks), contacts_since_(built) {
-  add_channels();
+  add_channels(expects);
 }
 
-void RunRecorder::add_channels() {
+void RunRecorder::add_channels(bool expects) {
   for (const auto& [name, arm] : built_.cell.arms) {
     const auto& joints = arm.device->description().joint_names;
     arms_.push_back({&arm, recorder_->add_joint_states(device_topic(name) + "/joint_states", joints),
@@ -124,6 +130,7 @@ void RunRecorder::add_channels() {
                        {"m", "m/s", "N", "", "m", "m/s", "N"}, {{"state", words_of(device::GripperState::kLost)}})});
   }
   add_signal_channel();
+  add_command_channels();
   const mjModel& model = *built_.world->model();
   std::vector<std::pair<std::string, std::string>> frames;
   for (int body = 1; body < model.nbody; ++body) {
@@ -139,6 +146,7 @@ void RunRecorder::add_channels() {
   state_ = recorder_->add_state("/state", position_names(model));
   events_ = recorder_->add_events("/program");
   contacts_ = recorder_->add_events(std::string(record::kContactTopic));
+  if (expects) expectations_ = recorder_->add_events(std::string(record::kExpectationTopic));
   forces_ = recorder_->add_samples(std::string(record::kContactForceTopic), contact_columns(), contact_units());
   log_ = recorder_->add_log(std::string(record::kLogTopic));
   if (with_blocks_) blocks_ = recorder_->add_events(std::string(record::kBlockTopic));
@@ -155,6 +163,16 @@ void RunRecorder::add_object_channel(const mjModel& model) {
   }
   free_poses_.resize(free_bodies_.size());
   if (!frames.empty()) objects_ = recorder_->add_transforms("/objects", std::move(frames));
+}
+
+void RunRecorder::add_command_channels() {
+  built_.commands->record();
+  for (const auto& track : built_.commands->tracks()) {
+    std::vector<std::string> columns{"what"};
+    for (std::size_t i = 1; i < track->values(); ++i) columns.push_back(std::to_string(i));
+    commands_.push_back(recorder_->add_samples(command_topic(track->device()), std::move(columns), {},
+                                               {{"what", words_of(CommandKind::kOutput)}}));
+  }
 }
 
 void RunRecorder::add_signal_channel() {
@@ -181,6 +199,19 @@ void RunRecorder::write_devices() {
   if (signal_row_.empty()) return;
   for (std::size_t i = 0; i < signal_row_.size(); ++i) signal_row_[i] = signal_readers_[i]().value_or(kNull);
   recorder_->write(signals_, signal_row_);
+}
+
+void RunRecorder::write_commands() {
+  const auto& tracks = built_.commands->tracks();
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const CommandTrack& track = *tracks[i];
+    if (!track.changed()) continue;
+    for (std::size_t row = 0; row < track.count(); ++row) recorder_->write(commands_[i], track.row(row));
+    if (track.count() > 0) continue;
+    nothing_.assign(track.values(), std::numeric_limits<double>::quiet_NaN());
+    nothing_.front() = static_cast<double>(CommandKind::kNothing);
+    recorder_->write(commands_[i], nothing_);
+  }
 }
 
 void RunRecorder::write_blocks() {
@@ -212,6 +243,7 @@ void RunRecorder::add_cycle() {
     recorder_->write(channel.wrench, row);
   }
   write_devices();
+  write_commands();
   if (with_blocks_) write_blocks();
   recorder_->digest(digest_, built_.core->digest().value().low);
   const mjData& data = *built_.world->data();
@@ -259,7 +291,8 @@ void RunRecorder::write_contacts() {
 /// What touches is the simulation's truth, and no part of what a golden holds of a program.
 void RunRecorder::add_event(const LogEntry& entry) {
   recorder_->begin_cycle(entry.time, entry.cycle);  // events of the program come before their cycle
-  const record::ChannelId channel = entry.source == "contact" ? contacts_ : events_;
+  record::ChannelId channel = entry.source == "contact" ? contacts_ : events_;
+  if (entry.source == kExpectationSource) channel = expectations_;
   recorder_->event(channel, entry.source, entry.name, entry.text, entry.step);
   std::string line = fmt::format("{}{}{}", entry.name, entry.text.empty() ? "" : ": ", entry.text);
   if (!entry.step.empty()) line += fmt::format(" [{}]", entry.step);

@@ -19,11 +19,15 @@ namespace takt::scenario {
 
 /// The beginning of a device's topics. Other tools take a blank for the end of a topic.
 [[nodiscard]] std::string device_topic(const std::string& device);
+/// Topic of what the core handed over to a device: a row for each call, in the cycles in which the calls are not those
+/// of the cycle before (docs/replay.md).
+[[nodiscard]] std::string command_topic(const std::string& device);
 
 /// What a run leaves in its recording: per arm measured joints, set points and frames; per sensor the raw wrench; the
 /// digest and the simulation's state of every cycle; what the program did, and what touched.
 ///   /NAME/joint_states, /NAME/set_point, /tf, /objects, /NAME/wrench, /NAME/gripper, /signals, /digest, /state,
-///   /program, /contacts, /log (the two before it as other tools show them), /contact_forces: the greatest ones
+///   /program, /contacts, /expectations, /log (those before it as other tools show them), /contact_forces: the greatest
+///   ones
 /// With blocks, which the core has to keep: the digest of each block of each cycle too, in record::kBlockTopic.
 class RunRecorder {
  public:
@@ -56,11 +60,13 @@ class RunRecorder {
     const command::MountedGripper* gripper;
     record::ChannelId samples;
   };
-  RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks);
-  void add_channels();
+  RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks, bool expects);
+  void add_channels(bool expects);
   void add_object_channel(const mjModel_& model);
   void add_signal_channel();
+  void add_command_channels();
   void write_devices();
+  void write_commands();
   void write_contacts();
   void write_contact_wrenches(const command::Biases& biases);
   void write_blocks();
@@ -71,6 +77,8 @@ class RunRecorder {
   std::vector<ArmChannels> arms_;
   std::vector<SensorChannel> sensors_;
   std::vector<GripperChannel> grippers_;
+  std::vector<record::ChannelId> commands_;  ///< one per track of the cell
+  std::vector<double> nothing_;              ///< scratch
   record::ChannelId signals_;
   std::vector<SignalReader> signal_readers_;  ///< one per column of /signals
   std::vector<double> signal_row_;
@@ -80,7 +88,7 @@ class RunRecorder {
   std::vector<Eigen::Isometry3d> free_poses_;
   ContactForces contacts_since_;     ///< the last row of them
   std::int64_t contacts_cycle_ = 0;  ///< of that row
-  record::ChannelId transforms_, objects_, digest_, state_, events_, contacts_, forces_, log_, blocks_;
+  record::ChannelId transforms_, objects_, digest_, state_, events_, contacts_, expectations_, forces_, log_, blocks_;
 };
 
 }  // namespace takt::scenario
