@@ -85,22 +85,19 @@ bool CellRun::connect(const std::function<bool()>& stopped) {
 
 /// A controller on a wire has sent something: its program may still be on the way to command state.
 bool CellRun::heard_from(const std::string& device) const {
-  return built_.site->own_clock() && built_.site->drivers().contains(device) &&
+  return built_.site->on_own_clock(device) && built_.site->arm_drivers().contains(device) &&
          built_.cell.arms.at(device).device->has_sample();
 }
 
 std::string CellRun::why_waiting(const std::string& device) const {
-  const auto arm = built_.cell.arms.find(device);
-  if (arm == built_.cell.arms.end() || !built_.site->drivers().contains(device)) return {};
-  if (!arm->second.device->has_sample())
-    return ": nothing has come from its controller; check address, cable and program";
-  return ": " + arm->second.device->fault_text();
+  const std::string why = built_.site->why_waiting(device, built_.cell);
+  return why.empty() ? why : ": " + why;
 }
 
 /// A program was planned from where the scenario says that the arms are. A simulation puts them there; a driver does
 /// not.
 bool CellRun::starts_where_assumed() {
-  for (const auto& [name, driver] : built_.site->drivers()) {
+  for (const auto& [name, driver] : built_.site->arm_drivers()) {
     const command::MountedArm& arm = built_.cell.arms.at(name);
     const device::JointVector& q = arm.device->sample().q;
     for (Eigen::Index i = 0; i < q.size(); ++i) {
@@ -127,6 +124,7 @@ void CellRun::before_cycle() {
 }
 
 bool CellRun::after_cycle() {
+  built_.commands->end_cycle(built_.core->cycle() - 1, built_.core->time() - built_.core->period());
   if (!built_.world->step()) {
     diverged_ = true;
     report_.diagnostics.error(Code::kInternal, {},
@@ -226,7 +224,7 @@ void CellRun::tell_of_screws() {
 void CellRun::tell_news() {
   tell_of_screws();
   constexpr std::int64_t kEvery = 100;  // cycles
-  if (built_.site->drivers().empty() || built_.core->cycle() % kEvery != 0) return;
+  if (!built_.site->has_drivers() || built_.core->cycle() % kEvery != 0) return;
   for (const std::string& line : built_.site->news()) note("driver", line.substr(0, line.find(':')), line);
 }
 
@@ -302,7 +300,7 @@ void CellRun::film_aftermath(bool interrupted) {
   const bool broke_off = report_.diagnostics.has_errors();
   if (!film_ || interrupted || film_->is_over() || (!broke_off && wrong == report_.expectations.end())) return;
   if (!broke_off) film_->failed(fmt::format("not held: {}: {}", wrong->name, wrong->measured));
-  const bool simulated = !options_.realtime && built_.site->drivers().empty() && !diverged_;
+  const bool simulated = !options_.realtime && !built_.site->has_drivers() && !diverged_;
   if (!simulated) return report_.diagnostics.append(film_->hold(kShown));
   built_.core->stop_all(net::Cause::Code::kAborted, "the run has ended");
   for (Nanoseconds end = built_.core->time() + kShown; built_.core->time() < end && !film_->is_over();) {
@@ -339,8 +337,6 @@ void CellRun::tell_end(bool interrupted) {
 
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
   tell_end(interrupted);
-  report_.log = log_.entries();
-  report_.log_omitted = log_.omitted();
   report_.wall_time = Stopwatch::seconds_since(start_);
   report_.cycles = built_.core->cycle();
   report_.sim_time = to_seconds(built_.core->time());
@@ -356,6 +352,9 @@ RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& 
   }
   const bool whole = !interrupted && !report_.diagnostics.has_errors();
   const bool held = judge(whole ? run_again : std::function<std::string()>());
+  record_verdicts();
+  report_.log = log_.entries();
+  report_.log_omitted = log_.omitted();
   if (recorder_ && !held) recorder_->keep();
   close_recording();
   film_aftermath(interrupted);
@@ -393,6 +392,21 @@ bool CellRun::judge(const std::function<std::string()>& run_again) {
       built_, variables_, steps_begun_, report_.sim_time, report_.digest, run_again, contact_log_.summaries()};
   for (const auto& expectation : expectations_) report_.expectations.push_back(expectation->judge(outcome));
   return std::ranges::all_of(report_.expectations, &ExpectationResult::passed);
+}
+
+/// For the recording and the log of the report; on the terminal the report says it.
+void CellRun::record_verdicts() {
+  for (const ExpectationResult& result : report_.expectations) {
+    const std::string_view name = result.passed ? "held" : "not held";
+    LogEntry entry{.time = built_.core->time(),
+                   .cycle = static_cast<std::uint64_t>(built_.core->cycle()),
+                   .level = level_of(kExpectationSource, name),
+                   .source = std::string(kExpectationSource),
+                   .name = std::string(name),
+                   .text = fmt::format("{}: {}", result.name, result.measured)};
+    if (recorder_) recorder_->add_event(entry);
+    log_.add(std::move(entry));
+  }
 }
 
 }  // namespace takt::scenario

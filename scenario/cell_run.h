@@ -95,6 +95,7 @@ class CellRun {
   void close_film();
   void measure_core();
   [[nodiscard]] bool judge(const std::function<std::string()>& run_again);
+  void record_verdicts();
 
   const Description& description_;
   BuiltCell& built_;

@@ -165,6 +165,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   session->expectations_ = std::move(*expectations);
   session->warnings_ = std::move(read);
   session->planned_duration_ = rehearsed.duration;
+  session->meanwhile_ = std::move(rehearsed.meanwhile);
   return session;
 }
 
@@ -188,6 +189,7 @@ class Session::Run {
         operator_(session.description_.operator_script, *session.built_.core, session.built_.emergency_stop,
                   {.hold = [this](bool held) { runner_.hold(held); }, .cancel = [this] { runner_.cancel(); }},
                   [this](auto name, auto text) { note("operator", name, text); }) {
+    context_.meanwhile.spaces = session_.meanwhile_;
     run_.ask_touching([this] { return runner_.touching(); });
     run_.ask_where([this] { return runner_.path(); });
   }
@@ -215,7 +217,7 @@ class Session::Run {
     SiteDevices& site = *session.built_.site;
     RealtimeLoop::Options wanted;
     // Simulated devices wait for a cycle that is late, so nothing has to be stopped for it.
-    if (site.drivers().empty()) wanted.overrun_limit = std::numeric_limits<int>::max();
+    if (!site.has_drivers()) wanted.overrun_limit = std::numeric_limits<int>::max();
     return std::make_unique<RealtimeLoop>(*session.built_.core, site.clock(), wanted);
   }
 
@@ -341,6 +343,23 @@ std::vector<activity::RehearsedNet> Session::nets() const {
   std::vector<activity::RehearsedNet> nets;
   (void)program_.rehearse(built_.cell, nullptr, &nets);
   return nets;
+}
+
+RunReport Session::run_commands(const record::Recording& recording, std::int64_t cycles, const RunOptions& options) {
+  CellRun run(description_, built_, {}, options);
+  run.report().diagnostics.append(built_.commands->play(recording));
+  if (run.report().diagnostics.has_errors() || !run.open()) {
+    run.report().verdict = Verdict::kRefused;
+    return std::move(run.report());
+  }
+  if (options.begun) options.begun();
+  const auto interrupted = [&] { return options.interrupt && options.interrupt->load() > 0; };
+  while (built_.core->cycle() < cycles && !interrupted()) {
+    run.before_cycle();
+    built_.core->step();
+    if (!run.after_cycle()) break;
+  }
+  return run.finish(interrupted(), {});
 }
 
 RunReport Session::run(const RunOptions& options) { return Run(*this, options).execute(); }

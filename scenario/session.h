@@ -10,6 +10,7 @@
 
 #include "core/base/time.h"
 #include "core/program/tree/program.h"
+#include "record/recording.h"
 #include "scenario/cell_builder.h"
 #include "scenario/description.h"
 #include "scenario/expectations.h"
@@ -55,6 +56,11 @@ class Session {
   /// Runs to the end of the program (or its failure, the time limit, an interrupt) and judges.
   [[nodiscard]] RunReport run(const RunOptions& options);
 
+  /// Runs so many cycles of the cell without its program: its devices get what they were commanded in the recording.
+  /// Nothing is judged. Instead of run(); a recording that does not fit is refused.
+  [[nodiscard]] RunReport run_commands(const record::Recording& recording, std::int64_t cycles,
+                                       const RunOptions& options);
+
  private:
   class Run;
   Session(Description description, activity::Program program, BuiltCell built)
@@ -67,6 +73,7 @@ class Session {
   std::vector<std::unique_ptr<Expectation>> expectations_;
   Diagnostics warnings_;
   double planned_duration_ = 0.0;
+  std::shared_ptr<const activity::MeanwhileSpaces> meanwhile_;  ///< what the rehearsal found for its moves
   bool second_run_ = false;
 };
 
