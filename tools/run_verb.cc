@@ -1,6 +1,7 @@
 #include "core/base/text_location.h"
 #include "tools/cli.h"
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -11,12 +12,15 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "core/base/output_file.h"
+#include "record/compare.h"
+#include "scenario/resimulation.h"
 
 namespace takt::tools {
 namespace {
 
 struct RunVerbArguments : app::RunArguments {
-  std::string file, from, image;
+  std::string file, from, image, resim, report;
   bool dry_run = false, step = false;
 };
 
@@ -55,7 +59,83 @@ int dry_run(const scenario::Session& session, const Common& common) {
   return kHeld;
 }
 
+/// What cannot be together with --resim.
+void check_resim(const RunVerbArguments& arguments, Diagnostics& diagnostics) {
+  const auto conflict = [&](bool given, const char* option, const char* why) {
+    if (given) diagnostics.error(Code::kConflict, option, why, fmt::format("--resim or {}", option));
+  };
+  conflict(!arguments.file.empty(), "FILE", "a recording carries its scenario");
+  conflict(arguments.step, "--step", "commands are carried out again, no steps");
+  conflict(!arguments.from.empty(), "--from", "commands are carried out again from the first cycle on");
+  conflict(arguments.dry_run, "--dry-run", "there is no rehearsal of recorded commands");
+  conflict(arguments.realtime, "--realtime", "recorded commands are carried out in simulated time");
+}
+
+/// Points of a curve in the report.
+constexpr std::size_t kResimPoints = 500;
+
+std::size_t equal_columns(const record::Comparison& comparison) {
+  return static_cast<std::size_t>(std::ranges::count_if(comparison.columns, [](const auto& column) {
+    return column.samples_outside == 0 && column.max_difference == 0.0;
+  }));
+}
+
+int tell_resim(const record::Comparison& comparison, const scenario::RunReport& report, const Common& common) {
+  const std::size_t equal = equal_columns(comparison);
+  if (common.json) {
+    print({{"result", comparison.passed ? "passed" : "failed"},
+           {"cycles", report.cycles},
+           {"sim_time", report.sim_time},
+           {"wall_time", report.wall_time},
+           {"columns", comparison.columns.size()},
+           {"columns_equal", equal},
+           {"comparison", record::to_json(comparison)},
+           {"products", report.products},
+           {"diagnostics", to_json(report.diagnostics)}});
+  } else {
+    fmt::print("{}", record::to_text(comparison));
+    fmt::print("  {} cycles of commands carried out again in {:.1f} s; {} of {} columns are equal to the bit\n",
+               report.cycles, report.wall_time, equal, comparison.columns.size());
+  }
+  return comparison.passed ? kHeld : kNotHeld;
+}
+
+/// Carries out the commands of a recording again, in a simulated cell, and holds what comes of it against its states.
+int resim(const RunVerbArguments& arguments, const Common& common) {
+  Diagnostics diagnostics;
+  auto [opening, options] = app::parse(arguments, {arguments.resim}, diagnostics);
+  check_resim(arguments, diagnostics);
+  if (!arguments.report.empty()) diagnostics.append(check_output(arguments.report, {arguments.resim}, "--report"));
+  if (diagnostics.has_errors()) return report(diagnostics, common);
+  const auto recording = record::Recording::open(arguments.resim);
+  if (!recording) return report(recording.error(), common);
+  const auto cycles = scenario::whole_cycles(*recording);
+  if (!cycles) return report(cycles.error(), common);
+  scenario::ReopenedRun::Options reopening{.overrides = opening.overrides, .seed = opening.seed, .site = {}};
+  if (!arguments.site.empty() || !arguments.backends.empty()) reopening.site = opening.site;
+  auto again = scenario::ReopenedRun::open(*recording, common.library(), reopening);
+  if (!again) return report(again.error(), common);
+  const auto temporary = TemporaryFile::create(".mcap");
+  if (!temporary) return report(temporary.error(), common);
+  if (options.record.empty()) options.record = temporary->path();
+  options.interrupt = &app::catch_interrupts();
+  const scenario::RunReport run = again->session().run_commands(*recording, *cycles, options);
+  fmt::print(stderr, "{}", to_located_text(run.diagnostics));
+  if (run.verdict != scenario::Verdict::kPassed) return exit_status(run.verdict);
+  record::CompareOptions comparing = scenario::states_only();
+  comparing.plot_points = kResimPoints;
+  auto comparison = record::compare_recordings(options.record, arguments.resim, comparing);
+  if (!comparison) return report(comparison.error(), common);
+  comparison->name_a = "the commands, carried out again";
+  if (!arguments.report.empty()) {
+    const auto written = record::write_report(*comparison, arguments.report);
+    if (!written) return report(written.error(), common);
+  }
+  return tell_resim(*comparison, run, common);
+}
+
 int run(const RunVerbArguments& arguments, const Common& common) {
+  if (!arguments.resim.empty()) return resim(arguments, common);
   Diagnostics diagnostics;
   auto [opening, options] = app::parse(arguments, {arguments.file}, diagnostics);
   if (arguments.step && arguments.realtime) {
@@ -80,7 +160,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   options.from = arguments.from;
   options.interrupt = &app::catch_interrupts();
   const scenario::SiteDevices& site = *(*session)->built().site;
-  if (!site.drivers().empty()) fmt::print(stderr, "devices: {}\n", scenario::to_text(site.realities()));
+  if (site.has_drivers()) fmt::print(stderr, "devices: {}\n", scenario::to_text(site.realities()));
   if (site.speed_override() < 1.0)
     fmt::print(stderr, "speed: {:g} of what is planned; --speed-override 1 for all of it\n", site.speed_override());
   app::log_on_stderr(arguments.log, options);
@@ -106,9 +186,20 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   auto arguments = std::make_shared<RunVerbArguments>();
   CLI::App* verb =
       parser.add_subcommand("run", "Run a scenario file: a verdict, and a film and a recording if asked for");
-  verb->add_option("FILE", arguments->file, "Scenario file")->required();
+  auto* file = verb->add_option("FILE", arguments->file, "Scenario file");
   app::add_run_options(*verb, *arguments);
   verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
+  auto* resim =
+      verb->add_option("--resim", arguments->resim,
+                       "Instead of a scenario: carry out the commands of a recording again, in simulation, and "
+                       "hold what comes of it against its states")
+          ->type_name("RECORDING");
+  verb->add_option("--report", arguments->report, "With --resim: page with the curves of both")
+      ->type_name("OUT.html")
+      ->needs(resim);
+  verb->parse_complete_callback([file, resim] {
+    if (file->count() == 0 && resim->count() == 0) throw CLI::RequiredError("FILE");
+  });
   verb->add_flag("--step", arguments->step,
                  "Wait before each step: Enter begins it, c continues without stops, q or the end of input cancels");
   verb->add_flag("--dry-run", arguments->dry_run, "Check, build, plan; move nothing");
