@@ -18,6 +18,7 @@
 #include "scenario/device_expectations.h"
 #include "scenario/pair_expectations.h"
 #include "scenario/part_expectations.h"
+#include "scenario/step_window.h"
 #include "scenario/true_poses.h"
 
 namespace takt::scenario {
@@ -177,26 +178,41 @@ class BetweenExpectation : public Expectation {
   std::size_t watch_ = 0;
 };
 
+/// The largest force of the run, of every step of the physics; or while a step runs, of every cycle.
 class ContactForceExpectation final : public BetweenExpectation {
  public:
-  ContactForceExpectation(ObjectReader& reader, BuiltCell& built)
+  ContactForceExpectation(ObjectReader& reader, BuiltCell& built, const StepNames& steps)
       : BetweenExpectation(reader, built),
         below_N_(reader.number("below_N", {}, kPositive)),
-        at_least_N_(reader.number("at_least_N", 0.0, kNotNegative)) {}
+        at_least_N_(reader.number("at_least_N", 0.0, kNotNegative)),
+        during_(read_during(reader, steps)) {}
+
+  void steps_run(std::span<const std::string> paths) override { during_.look(paths); }
+  void watch(const BuiltCell& built) override {
+    if (during_.name().empty() || !during_.inside()) return;
+    ran_ = true;
+    greatest_ = std::max(greatest_, contact(built).force);
+  }
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
+    const bool always = during_.name().empty();
+    if (!always && !ran_) return {.measured = fmt::format("'{}' did not run", during_.name())};
     ExpectationResult result;
-    result.value = contact(outcome.built).max_force;
+    result.value = always ? contact(outcome.built).max_force : greatest_;
     result.passed = result.value < below_N_ && result.value >= at_least_N_;
     result.unit = "N";
     if (at_least_N_ > 0.0) result.lower = at_least_N_;
     result.upper = below_N_;
-    result.measured = fmt::format("{:.2f} N at most between {} (below {:g})", result.value, names(), below_N_);
+    result.measured = fmt::format("{:.2f} N at most between {}{} (below {:g})", result.value, names(),
+                                  always ? "" : fmt::format(" in '{}'", during_.name()), below_N_);
     return result;
   }
 
  private:
   double below_N_, at_least_N_;
+  StepWindow during_;
+  bool ran_ = false;       ///< the step
+  double greatest_ = 0.0;  ///< while it ran, N
 };
 
 /// Over the cycles from the first to the last in which they touch, those between in which they do not included.
@@ -418,7 +434,7 @@ std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& rea
   if (kind == "belief") return std::make_unique<BeliefExpectation>(reader, built);
   if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
   if (kind == "tool_pose") return std::make_unique<ToolPoseExpectation>(reader, built);
-  if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built);
+  if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built, steps);
   if (kind == "mean_force") return std::make_unique<MeanForceExpectation>(reader, built);
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
   if (kind == "monitor") return std::make_unique<MonitorExpectation>(reader, built);
@@ -444,7 +460,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"belief",
        "A frame or object is where the program believes it to be. Keys: frame, position_within_m, angle_within_deg."},
       {"contact_force",
-       "True force between two bodies stays below a bound. Keys: between [a, b], below_N, at_least_N."},
+       "True force between two bodies stays below a bound, while a step runs or all along. Keys: between [a, b], "
+       "below_N, "
+       "at_least_N, during."},
       {"contacts", "Nothing touches but these pairs of devices and objects. Keys: only [[a, b], ...]."},
       {"duration", "The program ends in time. Keys: below_s."},
       {"estimate", "A fitted pose is near the truth. Keys: estimate, of, position_within_m, angle_within_deg."},

@@ -17,14 +17,23 @@ std::string_view name_of_part(std::string_view part) {
   return has_round ? part.substr(0, round) : part;
 }
 
+/// Takes the first part off.
+std::string_view take_part(std::string_view& path) {
+  const std::size_t end = std::min(path.find(kBetween), path.size());
+  const std::string_view part = path.substr(0, end);
+  path.remove_prefix(std::min(end + kBetween.size(), path.size()));
+  return part;
+}
+
 }  // namespace
 
 bool goes_through(std::string_view path, std::string_view name) {
+  std::string_view wanted = take_part(name);
   while (!path.empty()) {
-    const std::size_t end = std::min(path.find(kBetween), path.size());
-    const std::string_view part = path.substr(0, end);
-    if (part == name || name_of_part(part) == name) return true;
-    path.remove_prefix(std::min(end + kBetween.size(), path.size()));
+    const std::string_view part = take_part(path);
+    if (part != wanted && name_of_part(part) != wanted) continue;
+    if (name.empty()) return true;
+    wanted = take_part(name);
   }
   return false;
 }
@@ -38,9 +47,14 @@ std::string read_during(ObjectReader& reader, const StepNames& steps) {
   std::string name = reader.text("during", "");
   if (reader.has("during") && name.empty())
     reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "the name of a step");
-  if (!name.empty() && steps && std::ranges::find(*steps, name) == steps->end())
-    reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", name),
-                               nearest_choice(name, *steps));
+  if (!steps) return name;
+  const auto known = [&](std::string_view one) { return std::ranges::find(*steps, one) != steps->end(); };
+  for (std::string_view rest = name; !rest.empty();) {
+    const std::string_view part = take_part(rest);
+    if (!known(part) && !known(name_of_part(part)))
+      reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),
+                                 nearest_choice(std::string(part), *steps));
+  }
   return name;
 }
 

@@ -12,7 +12,7 @@ namespace takt::scenario {
 /// The time in which a node of the program runs: a step, or anything that steps run in.
 class StepWindow {
  public:
-  /// @param name  of the node; empty: the whole run
+  /// @param name  of the node, or the path of goes_through(); empty: the whole run
   explicit StepWindow(std::string name) : name_(std::move(name)), inside_(name_.empty()) {}
 
   /// The steps that run have changed.
@@ -25,10 +25,11 @@ class StepWindow {
   bool inside_;
 };
 
-/// True if a path of steps ("sort / for_each (2) / grip") goes through a node of this name.
+/// True if a path of steps ("sort / for_each (2) / grip") goes through a node of this name. A name may be that of one
+/// round ("for_each (2)") and may have the nodes around it before it ("sort / grip"), not all of them.
 [[nodiscard]] bool goes_through(std::string_view path, std::string_view name);
 
-/// The key "during": the name of a node of the program; a diagnostic if there is none.
+/// The key "during": what goes_through() takes as a name; a diagnostic for each node that does not exist.
 [[nodiscard]] std::string read_during(ObjectReader& reader, const StepNames& steps);
 
 }  // namespace takt::scenario

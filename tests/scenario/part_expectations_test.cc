@@ -68,6 +68,21 @@ TEST(PartExpectations, AValueCountsWhileItsStepRuns) {
   EXPECT_THAT(all.results.at(0).measured, Names("N", "60")) << "with its unit";
 }
 
+TEST(PartExpectations, AContactForceCountsWhileItsStepRuns) {
+  const Judged all = judged(R"json(
+      {"kind": "contact_force", "between": ["probe", "block"], "below_N": 60, "at_least_N": 5},
+      {"kind": "contact_force", "between": ["probe", "block"], "below_N": 60, "at_least_N": 5, "during": "touch"},
+      {"kind": "contact_force", "between": ["probe", "block"], "below_N": 4, "during": "touch"},
+      {"kind": "contact_force", "between": ["probe", "block"], "below_N": 0.1, "during": "pause"},
+      {"kind": "contact_force", "between": ["probe", "block"], "below_N": 4, "during": "measure"},
+      {"kind": "contact_force", "between": ["probe", "block"], "below_N": 60, "at_least_N": 5,
+       "during": "measure (2) / touch"},
+      {"kind": "contact_force", "between": ["probe", "block"], "below_N": 60, "during": "measure (3) / touch"})json");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, true, false, true, false, true, false}));
+  EXPECT_LE(all.results.at(1).value, all.results.at(0).value);
+  EXPECT_THAT(all.results.at(1).measured, Names("touch", "60"));
+}
+
 TEST(PartExpectations, AShareOfTheTimeAndTheMeanMayBeBounded) {
   const Judged all = judged(R"json(
       {"kind": "value", "value": "$force('wrist')", "during": "measure", "at_most": 1, "share": 0.5},
@@ -133,6 +148,11 @@ TEST(StepWindow, APathGoesThroughItsNodes) {
   EXPECT_TRUE(goes_through("a / b (2) / c", "b"));
   EXPECT_TRUE(goes_through("a / b (2) / c", "c"));
   EXPECT_TRUE(goes_through("a / b (2) / c", "b (2)"));
+  EXPECT_TRUE(goes_through("a / b (2) / c", "a / c"));
+  EXPECT_TRUE(goes_through("a / b (2) / c", "b (2) / c"));
+  EXPECT_FALSE(goes_through("a / b (2) / c", "b (1) / c"));
+  EXPECT_FALSE(goes_through("a / b (2) / c", "c / a"));
+  EXPECT_FALSE(goes_through("a / b (2) / c", "a / c / d"));
   EXPECT_FALSE(goes_through("a / b (2) / c", "d"));
   EXPECT_FALSE(goes_through("a / bb / c", "b"));
   EXPECT_TRUE(goes_through("grip (left)", "grip (left)"));

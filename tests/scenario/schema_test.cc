@@ -167,7 +167,7 @@ constexpr const char* kEverything = R"json({
      "angle_within_deg": 1},
     {"kind": "object_pose", "object": "block", "in": "world", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0],
      "position_within_m": 5, "angle_within_deg": 5},
-    {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0},
+    {"kind": "contact_force", "between": ["probe", "block"], "below_N": 15, "at_least_N": 0, "during": "touch"},
     {"kind": "peak_force", "sensor": "wrist", "below_N": 100},
     {"kind": "limits", "arm": "arm"}, {"kind": "duration", "below_s": 60}, {"kind": "step", "step": "touch"},
     {"kind": "monitor", "net": "by hand", "monitor": "shown", "at_least": 0, "at_most": 2, "is": 1},
