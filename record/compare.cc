@@ -119,13 +119,7 @@ class TableComparer {
   /// Whether an orientation begins at this column.
   [[nodiscard]] bool is_rotation(const std::string& topic, const std::vector<std::string>& columns,
                                  std::size_t first) const {
-    constexpr std::array<std::string_view, 4> kParts = {".qw", ".qx", ".qy", ".qz"};
-    if (first + 4 > columns.size() || !columns[first].ends_with(kParts[0])) return false;
-    if (a_.find_channel(topic)->schema != kFrameTransformsSchema) return false;
-    const std::string frame = columns[first].substr(0, columns[first].size() - kParts[0].size());
-    for (std::size_t k = 1; k < 4; ++k)
-      if (columns[first + k] != frame + std::string(kParts[k])) return false;
-    return true;
+    return a_.find_channel(topic)->schema == kFrameTransformsSchema && rotation_at(columns, first);
   }
 
   static RotationView rotation_view(const Table& table, std::size_t first) {
@@ -224,6 +218,31 @@ std::vector<std::string> judged_events(const Recording& recording) {
   return topics;
 }
 
+/// What was commanded, call by call, is no curve; set points are compared where they were sent.
+std::vector<std::string> judged_tables(const Recording& recording, const CompareOptions& options) {
+  auto topics = recording.table_topics();
+  std::erase_if(topics, [](const std::string& topic) { return topic.ends_with(kCommandSuffix); });
+  const auto wanted = [&](const std::string& topic) {
+    return std::ranges::any_of(options.topics, [&](const std::string& pattern) { return matches(pattern, topic); });
+  };
+  if (!options.topics.empty()) std::erase_if(topics, [&](const std::string& topic) { return !wanted(topic); });
+  return topics;
+}
+
+void compare_all_events(const Recording& a, const Recording& b, const CompareOptions& options, Comparison& comparison) {
+  for (const std::string& topic : names_in_both(judged_events(a), judged_events(b), "events", comparison)) {
+    Tolerance otherwise;
+    if (topic == kContactTopic) otherwise.kind = ToleranceKind::kReportOnly;
+    const Tolerance tolerance = choose_tolerance(options.rules, topic, "events", otherwise);
+    const auto events_a = a.events(topic), events_b = b.events(topic);
+    if (events_a && events_b) {
+      comparison.columns.push_back(compare_events(topic, *events_a, *events_b, tolerance));
+    } else {
+      note_missing((events_a ? events_b : events_a).error().list().front().message, comparison);
+    }
+  }
+}
+
 }  // namespace
 
 Tolerance default_tolerance(std::string_view topic, std::string_view unit) {
@@ -240,7 +259,7 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
   comparison.name_b = "B";
   comparison.end_a = a.end_time();
   comparison.end_b = b.end_time();
-  compare_digests(a, b, comparison);
+  if (options.topics.empty()) compare_digests(a, b, comparison);
   comparison.steps = steps_of(a);
   const auto fingerprint_b = b.metadata().find("takt.fingerprint");
   note_differences(a, "A",
@@ -248,21 +267,14 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
                    comparison);
   for (const std::string& damage : b.damage()) comparison.notes.push_back(fmt::format("B: {}", damage));
 
-  comparison.columns.push_back(
-      compare_end(comparison.end_a, comparison.end_b, choose_tolerance(options.rules, "run", "end", Tolerance{})));
-  for (const std::string& topic : names_in_both(judged_events(a), judged_events(b), "events", comparison)) {
-    Tolerance otherwise;
-    if (topic == kContactTopic) otherwise.kind = ToleranceKind::kReportOnly;
-    const Tolerance tolerance = choose_tolerance(options.rules, topic, "events", otherwise);
-    const auto events_a = a.events(topic), events_b = b.events(topic);
-    if (events_a && events_b) {
-      comparison.columns.push_back(compare_events(topic, *events_a, *events_b, tolerance));
-    } else {
-      note_missing((events_a ? events_b : events_a).error().list().front().message, comparison);
-    }
+  if (options.topics.empty()) {
+    comparison.columns.push_back(
+        compare_end(comparison.end_a, comparison.end_b, choose_tolerance(options.rules, "run", "end", Tolerance{})));
+    compare_all_events(a, b, options, comparison);
   }
   TableComparer tables(a, b, options, comparison);
-  for (const std::string& topic : names_in_both(a.table_topics(), b.table_topics(), "topic", comparison))
+  for (const std::string& topic :
+       names_in_both(judged_tables(a, options), judged_tables(b, options), "topic", comparison))
     tables.add_topic(topic);
   tables.finish();
   judge(options, comparison);

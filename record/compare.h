@@ -64,6 +64,9 @@ struct CompareOptions {
   std::vector<ToleranceRule> rules;
   /// Two runs of the same build must have the same digests: one differing bit is a failure, whatever the tolerances.
   bool require_equal_digests = false;
+  /// Only the curves of these topics are compared, '*' stands for any run of characters; no digests, no events. Empty:
+  /// all, but for what was commanded.
+  std::vector<std::string> topics = {};
   /// Points kept per curve for the report.
   std::size_t plot_points = 1200;
   /// Values of both recordings that are in memory at a time; 0: mcap::ReadLimits::kTableValues. More are compared in

@@ -258,6 +258,15 @@ void judge_feature(const std::string& name, const std::string& pointer, FeatureS
                     nearest_choice(name, names));
 }
 
+std::optional<std::string> rotation_at(std::span<const std::string> columns, std::size_t first) {
+  constexpr std::array<std::string_view, 4> kParts = {".qw", ".qx", ".qy", ".qz"};
+  if (first + kParts.size() > columns.size() || !columns[first].ends_with(kParts[0])) return std::nullopt;
+  std::string frame = columns[first].substr(0, columns[first].size() - kParts[0].size());
+  for (std::size_t k = 1; k < kParts.size(); ++k)
+    if (columns[first + k] != frame + std::string(kParts[k])) return std::nullopt;
+  return frame;
+}
+
 ColumnComparison compare_rotation(const ColumnId& id, const RotationView& a, const RotationView& b,
                                   const Tolerance& tolerance, std::size_t plot_points) {
   std::vector<double> free(a.time.size()), none(a.time.size(), 0.0);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +32,9 @@ struct RotationView {
   std::span<const Nanoseconds> time;
   std::array<std::span<const double>, 4> wxyz;
 };
+
+/// The name without its last part, if this column and the three after it are the parts of a quaternion: "FRAME".
+[[nodiscard]] std::optional<std::string> rotation_at(std::span<const std::string> columns, std::size_t first);
 
 /// Two orientations: the angle between them at the times of A, rad, against zero; with a tube the least one within dt.
 [[nodiscard]] ColumnComparison compare_rotation(const ColumnId& id, const RotationView& a, const RotationView& b,

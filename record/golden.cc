@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -409,6 +411,47 @@ void compare_golden_column(const Table& table, const GoldenColumn& column, const
                                               {time, column.value}, tolerance, options.plot_points));
 }
 
+/// Of a golden: the columns of a quaternion, one behind the other.
+constexpr std::size_t kQuaternion = 4;
+
+/// The orientation that begins with a column of the golden: "FRAME.rotation".
+std::optional<std::string> golden_rotation(const Golden& golden, std::size_t first) {
+  std::vector<std::string> names;
+  for (std::size_t i = first; i < std::min(first + kQuaternion, golden.columns.size()); ++i)
+    if (golden.columns[i].topic == golden.columns[first].topic) names.push_back(golden.columns[i].column);
+  auto frame = rotation_at(names, 0);
+  if (frame) *frame += ".rotation";
+  return frame;
+}
+
+/// An orientation is judged by the angle, as between recordings. The tolerance of the four numbers is half an angle: a
+/// small turn changes the numbers by half of it.
+void compare_golden_rotation(const Table& table, const Golden& golden, std::size_t first, const std::string& name,
+                             const CompareOptions& options, Comparison& comparison) {
+  const GoldenColumn& head = golden.columns[first];
+  std::array<std::vector<double>, kQuaternion> reference;
+  RotationView run{table.time, {}}, golden_run{table.time, {}};
+  Tolerance otherwise = head.tolerance;
+  for (std::size_t k = 0; k < kQuaternion; ++k) {
+    const GoldenColumn& part = golden.columns[first + k];
+    const auto found = std::ranges::find(table.columns, part.column);
+    if (found == table.columns.end()) {
+      comparison.missing.push_back(fmt::format("column '{}' of '{}' is only in the golden", part.column, part.topic));
+      return;
+    }
+    run.wxyz[k] = table.values[static_cast<std::size_t>(found - table.columns.begin())];
+    std::vector<Nanoseconds> time;
+    for (const double t : part.time_s) time.push_back(nanoseconds(t));
+    for (const Nanoseconds t : table.time) reference[k].push_back(value_at({time, part.value}, t));
+    golden_run.wxyz[k] = reference[k];
+    otherwise.dv = std::max(otherwise.dv, part.tolerance.dv);
+  }
+  otherwise.dv *= 2.0;
+  const Tolerance tolerance = choose_tolerance(options.rules, head.topic, name, otherwise);
+  comparison.columns.push_back(
+      compare_rotation({head.topic, name, "rad"}, run, golden_run, tolerance, options.plot_points));
+}
+
 void compare_golden_digest(const Recording& recording, const Golden& golden, Comparison& comparison) {
   const auto [cycles, digest] = last_digest(recording);
   comparison.cycles_a = cycles;
@@ -438,7 +481,8 @@ Comparison compare_with_golden(const Recording& recording, const Golden& golden,
 
   std::optional<Table> table;
   std::set<std::string> told;
-  for (const GoldenColumn& column : golden.columns) {
+  for (std::size_t i = 0; i < golden.columns.size(); ++i) {
+    const GoldenColumn& column = golden.columns[i];
     if (!table || table->topic != column.topic) {
       auto read = recording.table(column.topic);
       if (!read) {
@@ -448,6 +492,11 @@ Comparison compare_with_golden(const Recording& recording, const Golden& golden,
         continue;
       }
       table = std::move(*read);
+    }
+    if (const auto rotation = golden_rotation(golden, i)) {
+      compare_golden_rotation(*table, golden, i, *rotation, options, comparison);
+      i += kQuaternion - 1;
+      continue;
     }
     compare_golden_column(*table, column, options, comparison);
   }

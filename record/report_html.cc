@@ -9,6 +9,7 @@
 #include "core/base/xml_text.h"
 #include "record/compare.h"
 #include "record/report_parts.h"
+#include "record/report_script.h"
 #include "record/report_style.h"
 
 namespace takt::record {
@@ -138,6 +139,8 @@ std::string to_html(const Comparison& comparison) {
   page += "</style></head><body><main>";
   add_verdict(page, comparison);
   add_films(page, comparison);
+  page += R"(<p class="hint">Drag over a picture: all pictures show that time. Double click: all of it. )";
+  page += "A click sets a mark to measure from.</p>";
   std::size_t pictures = kMostPictures;
   if (!failed.empty()) {
     page += "<h2>Outside</h2>";
@@ -153,7 +156,9 @@ std::string to_html(const Comparison& comparison) {
   };
   add_folded("Inside", inside);
   add_folded("Shown, not judged", shown);
-  page += "</main></body></html>\n";
+  page += "<script>";
+  page += kReportScript;
+  page += "</script></main></body></html>\n";
   return page;
 }
 

@@ -38,7 +38,9 @@ figure { margin: 0; }
 video { width: 100%; display: block; border-radius: 6px; }
 figcaption { display: flex; justify-content: space-between; gap: 16px; margin-bottom: 6px; }
 figcaption b { font-size: 15px; }
-svg { width: 100%; height: auto; display: block; }
+svg.plot { width: 100%; height: auto; display: block; cursor: crosshair; user-select: none; }
+svg.window * { vector-effect: non-scaling-stroke; }
+.hint { color: var(--soft); font-size: 13px; }
 svg text { font: 11px "DejaVu Sans", system-ui, sans-serif; fill: #667085; }
 details > summary { cursor: pointer; font-weight: 600; margin: 28px 0 12px; font-size: 18px; }
 )css";

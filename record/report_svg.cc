@@ -87,6 +87,11 @@ class Pen {
   bool down_ = false;
 };
 
+/// What belongs to the axis of time moves when somebody zooms; what is beside it stays.
+struct Picture {
+  std::string beside, moving;
+};
+
 std::string path_of(const PlotCurve& curve, const Strip& strip) {
   Pen pen;
   for (std::size_t i = 0; i < curve.time_s.size(); ++i)
@@ -94,22 +99,23 @@ std::string path_of(const PlotCurve& curve, const Strip& strip) {
   return pen.path();
 }
 
-void add_axes(std::string& svg, const Strip& strip, int rows, bool with_time) {
+void add_axes(Picture& picture, const Strip& strip, int rows, bool with_time) {
   const double right = kWidth - kRight, bottom = strip.top + strip.height;
-  svg += fmt::format(R"(<rect x="{}" y="{:.1f}" width="{}" height="{:.1f}" fill="#fcfcfd" stroke="#e4e7ec"/>)", kLeft,
-                     strip.top, right - kLeft, strip.height);
+  picture.beside +=
+      fmt::format(R"(<rect x="{}" y="{:.1f}" width="{}" height="{:.1f}" fill="#fcfcfd" stroke="#e4e7ec"/>)", kLeft,
+                  strip.top, right - kLeft, strip.height);
   for (const double value : ticks(strip.low, strip.high, rows)) {
     const double y = strip.y(value);
-    svg +=
+    picture.beside +=
         fmt::format(R"(<path d="M{} {:.1f}H{}" stroke="#eceef2"/><text x="{}" y="{:.1f}" text-anchor="end">{}</text>)",
                     kLeft, y, right, kLeft - 6, y + 4, tick_text(value, strip.high - strip.low));
   }
   for (const double time : ticks(strip.time_low, strip.time_high, 10)) {
     const double x = strip.x(time);
-    svg += fmt::format(R"(<path d="M{:.1f} {:.1f}V{:.1f}" stroke="#eceef2"/>)", x, strip.top, bottom);
+    picture.moving += fmt::format(R"(<path d="M{:.1f} {:.1f}V{:.1f}" stroke="#eceef2"/>)", x, strip.top, bottom);
     if (!with_time) continue;
-    svg += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="middle">{} s</text>)", x, bottom + 16,
-                       tick_text(time, strip.time_high - strip.time_low));
+    picture.beside += fmt::format(R"(<text class="time" x="{:.1f}" y="{:.1f}" text-anchor="middle">{} s</text>)", x,
+                                  bottom + 16, tick_text(time, strip.time_high - strip.time_low));
   }
 }
 
@@ -192,20 +198,22 @@ PlotCurve difference_of(const ColumnComparison& c) {
   return difference;
 }
 
-void add_difference(std::string& svg, const ColumnComparison& c, const Strip& curves) {
+void add_difference(Picture& picture, const ColumnComparison& c, const Strip& curves) {
   const PlotCurve difference = difference_of(c);
   Strip strip{curves.top + curves.height + kGap, kDifferenceHeight, curves.time_low, curves.time_high, 0.0, 0.0};
   take_range(difference.value, strip.low, strip.high);
   const bool tube = c.tolerance.kind == ToleranceKind::kTube;
   widen(strip.low, strip.high, tube ? 1.3 * c.tolerance.dv : 1e-12);
-  add_axes(svg, strip, 3, false);
+  add_axes(picture, strip, 3, false);
   if (tube && c.tolerance.dv > 0.0) {
-    svg += fmt::format(R"(<rect x="{}" y="{:.1f}" width="{}" height="{:.1f}" fill="{}" fill-opacity="0.4"/>)", kLeft,
-                       strip.y(c.tolerance.dv), kWidth - kLeft - kRight,
-                       strip.y(-c.tolerance.dv) - strip.y(c.tolerance.dv), kColorTube);
+    picture.moving +=
+        fmt::format(R"(<rect x="{}" y="{:.1f}" width="{}" height="{:.1f}" fill="{}" fill-opacity="0.4"/>)", kLeft,
+                    strip.y(c.tolerance.dv), kWidth - kLeft - kRight,
+                    strip.y(-c.tolerance.dv) - strip.y(c.tolerance.dv), kColorTube);
   }
-  svg += fmt::format(R"(<path d="{}" fill="none" stroke="#344054" stroke-width="1.2"/>)", path_of(difference, strip));
-  svg += fmt::format(R"(<text x="{}" y="{:.1f}">A - B at equal times</text>)", kLeft, strip.top - 6);
+  picture.moving +=
+      fmt::format(R"(<path d="{}" fill="none" stroke="#344054" stroke-width="1.2"/>)", path_of(difference, strip));
+  picture.beside += fmt::format(R"(<text x="{}" y="{:.1f}">A - B at equal times</text>)", kLeft, strip.top - 6);
 }
 
 void add_legend(std::string& svg, bool has_b, bool tube) {
@@ -239,24 +247,32 @@ std::string draw_column(const ColumnComparison& c, const std::vector<StepMark>& 
   widen(strip.low, strip.high, tube ? 1.3 * c.tolerance.dv : 1e-9 + 1e-3 * std::abs(strip.high));
 
   const double height = kTop + kCurveHeight + kGap + (has_b ? kDifferenceHeight + 8.0 : 0.0);
-  std::string svg =
-      fmt::format(R"(<svg viewBox="0 0 {} {}" role="img" aria-label="curves over time">)", kWidth, height);
-  add_legend(svg, has_b, tube);
-  add_axes(svg, strip, 5, true);
-  add_steps(svg, steps, strip);
+  Picture picture;
+  add_legend(picture.beside, has_b, tube);
+  add_axes(picture, strip, 5, true);
+  add_steps(picture.moving, steps, strip);
   if (has_b) {
-    add_tube(svg, c, strip);
-    svg +=
-        fmt::format(R"(<path d="{}" fill="none" stroke="{}" stroke-width="2"/>)", path_of(c.curve_b, strip), kColorB);
+    add_tube(picture.moving, c, strip);
+    picture.moving += fmt::format(R"(<path class="b" d="{}" fill="none" stroke="{}" stroke-width="2"/>)",
+                                  path_of(c.curve_b, strip), kColorB);
   }
-  svg +=
-      fmt::format(R"(<path d="{}" fill="none" stroke="{}" stroke-width="1.4"/>)", path_of(c.curve_a, strip), kColorA);
+  picture.moving += fmt::format(R"(<path class="a" d="{}" fill="none" stroke="{}" stroke-width="1.4"/>)",
+                                path_of(c.curve_a, strip), kColorA);
   if (has_b && !c.passed && std::isfinite(c.a)) {
-    svg += fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="5" fill="none" stroke="#c0362c" stroke-width="2"/>)",
-                       strip.x(to_seconds(c.time)), strip.y(c.a));
+    picture.moving +=
+        fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="5" fill="none" stroke="#c0362c" stroke-width="2"/>)",
+                    strip.x(to_seconds(c.time)), strip.y(c.a));
   }
-  if (has_b) add_difference(svg, c, strip);
-  return svg + "</svg>";
+  if (has_b) add_difference(picture, c, strip);
+  // What the script needs to turn places into times and values.
+  const std::string scale =
+      fmt::format(R"(data-time="{:.9g} {:.9g}" data-value="{:.9g} {:.9g}" data-strip="{} {}" data-unit="{}")",
+                  strip.time_low, strip.time_high, strip.low, strip.high, strip.top, strip.height, xml_text(c.unit));
+  return fmt::format(R"(<svg class="plot" viewBox="0 0 {} {}" role="img" aria-label="curves over time" {}>{})"
+                     R"(<svg class="window" x="{}" y="0" width="{}" height="{}" viewBox="{} 0 {} {}" )"
+                     R"(preserveAspectRatio="none">{}</svg></svg>)",
+                     kWidth, height, scale, picture.beside, kLeft, kWidth - kLeft - kRight, height, kLeft,
+                     kWidth - kLeft - kRight, height, picture.moving);
 }
 
 }  // namespace takt::record

@@ -3,6 +3,7 @@
 
 Usage: evidence_test.py TAKT
 """
+import copy
 import csv
 import json
 import os
@@ -321,6 +322,144 @@ class New(WithFolder):
             self.assertEqual(self.good("validate", self.path / name).stderr, "")
             run = self.good("run", "scenarios/pick.json", "--models", self.path, "--set", f"/devices/gripper/model={name}", "--json")
             self.assertEqual(json.loads(run.stdout)["result"], "passed")
+
+
+class Resimulation(WithFolder):
+    """The commands of a recording, carried out again."""
+
+    def test_the_same_commands_give_the_same_states_to_the_bit(self):
+        record, report = self.recorded()
+        again = json.loads(self.good("run", "--resim", record, "--json").stdout)
+        self.assertEqual((again["result"], again["cycles"]), ("passed", report["cycles"]))
+        self.assertGreater(again["columns"], 30)
+        differing = [one for one in again["comparison"]["columns"]
+                     if one["max_difference"] != 0.0 and not one["column"].startswith("wanted_")]
+        self.assertEqual(differing, [])
+
+    def test_modes_grippers_outputs_and_brakes_are_commands_too(self):
+        compliant = copy.deepcopy(SHORT)
+        compliant["program"]["steps"] = [
+            {"do": "control_mode", "mode": "cartesian_impedance"},
+            {"do": "hold", "seconds": 0.5, "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": [500, 800, 2000]}},
+            {"do": "control_mode", "mode": "position"}, {"do": "lin", "to": {"by_m": [0, 0, 0.05]}}]
+        compliant["faults"] = [{"do": "push", "body": "left arm/link7", "force_N": [0, 20, 0], "at_s": 0.4, "seconds": 0.2}]
+        compliant["expectations"] = []
+        stopped = {**SHORT, "faults": [{"do": "emergency_stop", "category": 0, "at_s": 0.5}], "expectations": []}
+        pick = json.loads((ROOT / "scenarios/pick.json").read_text())
+        pick.pop("$schema")
+        for name, document, status in (("compliant", compliant, 0), ("stopped", stopped, 3), ("pick", pick, 0)):
+            with self.subTest(name):
+                record = self.path / f"{name}.mcap"
+                self.good("run", self.write(document, f"{name}.json"), "--record", record, status=status)
+                again = json.loads(self.good("run", "--resim", record, "--json").stdout)
+                differing = [(one["topic"], one["column"]) for one in again["comparison"]["columns"]
+                             if one["max_difference"] != 0.0 and not one["column"].startswith("wanted_")]
+                self.assertEqual(differing, [])
+
+    def test_another_plant_is_seen(self):
+        record, _ = self.recorded()
+        run = self.good("run", "--resim", record, "--set", "/plant_mass_scale=1.3", "--json", "--report", self.path / "r.html", status=1)
+        failed = {one["topic"] for one in json.loads(run.stdout)["comparison"]["columns"] if not one["passed"]}
+        self.assertIn("/left_arm/joint_states", failed)
+        self.assertIn("<svg", (self.path / "r.html").read_text())
+
+    def test_it_is_recorded_as_any_run_and_can_be_carried_out_again(self):
+        record, _ = self.recorded()
+        self.good("run", "--resim", record, "--record", self.path / "b.mcap")
+        again = json.loads(self.good("run", "--resim", self.path / "b.mcap", "--json").stdout)
+        self.assertEqual(again["result"], "passed")
+
+    def test_what_cannot_be_carried_out_again_is_refused(self):
+        record, _ = self.recorded()
+        self.assertIn("[conflict]", self.good("run", self.path / "short.json", "--resim", record, status=2).stderr)
+        self.assertIn("[conflict]", self.good("run", "--resim", record, "--step", status=2).stderr)
+        self.good("run", status=2)
+        document = {**SHORT, "expectations": [{"kind": "duration", "below_s": 0.1}]}
+        last = self.path / "last.mcap"
+        self.good("run", self.write(document), "--record", last, "--record-last", "0.5", status=1)
+        self.assertIn("[incompatible]", self.good("run", "--resim", last, status=2).stderr)
+
+
+class Replay(WithFolder):
+    """A recorded run again, in any cycle."""
+
+    def talk(self, record, *lines):
+        run = subprocess.run([str(TAKT), "replay", str(record), "--interactive", "--every", "300"], input="\n".join(lines) + "\nq\n",
+                             capture_output=True, text=True, timeout=300, cwd=ROOT)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run.stdout
+
+    def test_it_is_the_recorded_run(self):
+        record, report = self.recorded()
+        end = json.loads(self.good("replay", record, "--json").stdout)
+        self.assertEqual((end["result"], end["cycles"], end["end"]["ended"]), ("passed", report["cycles"], "passed"))
+
+    def test_a_cycle_shows_the_same_whichever_way_one_comes_to_it(self):
+        record, _ = self.recorded()
+        first = self.talk(record, "cycle 900", "ports *")
+        there_and_back = self.talk(record, "cycle 1500", "ports *", "back 1200", "next 3", "cycle 900", "ports *")
+        values = [line for line in first.splitlines() if " = " in line]
+        self.assertGreater(len(values), 100)
+        self.assertEqual([line for line in there_and_back.splitlines() if " = " in line][-len(values):], values)
+
+    def test_what_goes_on_from_a_snapshot_ends_as_recorded(self):
+        record, _ = self.recorded()
+        told = self.talk(record, "cycle 950", "ports *", "end", "cycle 301", "end")
+        ends = [line for line in told.splitlines() if "the run has ended" in line]
+        self.assertEqual(ends, ["  the run has ended: passed"] * 2)
+        self.assertNotIn("not as recorded", told)
+
+    def test_ports_are_those_that_the_recording_has(self):
+        record, _ = self.recorded()
+        folder = self.path / "csv"
+        self.good("export", record, "--csv", folder)
+        with open(next(folder.glob("*set_point*")), newline="") as file:
+            rows = list(csv.DictReader(file))
+        row = min(rows, key=lambda one: abs(float(one["time_s"]) - 0.5))
+        at = json.loads(self.good("replay", record, "--at", "0.5", "--ports", "*", "--json").stdout)["at"]
+        self.assertEqual(at["cycle"], 500)
+        sent = {float(row[name]) for name in row if name.endswith("position [rad]")}
+        self.assertGreater(len(sent), 5)
+        arm = next(block for block in at["blocks"] if block["name"] == "device 'left arm'")
+        self.assertEqual(sent - set(arm["values"].values()), set())
+
+    def test_a_cancel_is_traced_back_to_the_sample(self):
+        record, report = self.recorded()
+        touch = next(one for one in report["events"] if one["source"] == "left arm" and one["name"] == "touch")
+        cancels = json.loads(self.good("replay", record, "--why", "--json").stdout)["end"]["cancels"]
+
+        def changes(change):
+            yield change
+            for one in change["from"]:
+                yield from changes(one)
+
+        found = [one for one in cancels if one["net"] == "touch" and any("wrist" in change["port"] and change["source"] for change in changes(one["change"]))]
+        self.assertEqual(len(found), 1, "one motion was cancelled by the sensor")
+        # It fires before the arm has come to rest, which the program tells.
+        self.assertIn(touch["cycle"] - found[0]["change"]["cycle"], range(0, 200))
+        self.assertEqual((found[0]["change"]["before"], found[0]["change"]["after"]), ("false", "true"))
+
+    def test_another_run_is_told_from_its_first_cycle_on(self):
+        record, _ = self.recorded(None, "slow.mcap", "--backend", "left arm=slow:8ms")  # which is in no recording
+        end = json.loads(self.good("replay", record, "--json", status=1).stdout)["end"]
+        self.assertFalse(end["digest_equal"])
+        self.assertLess(end["first_difference"], 100)
+
+    def test_bad_questions(self):
+        self.good("replay", self.path / "none.mcap", status=2)
+        record, _ = self.recorded()
+        self.assertIn("[conflict]", self.good("replay", record, "--interactive", "--why", status=2).stderr)
+
+
+class Verdicts(WithFolder):
+    def test_the_recording_has_what_became_of_the_expectations(self):
+        document = {**SHORT, "expectations": [*SHORT["expectations"], {"name": "too short", "kind": "duration", "below_s": 0.1}]}
+        record = self.path / "a.mcap"
+        report = json.loads(self.good("run", self.write(document), "--record", record, "--json", status=1).stdout)
+        events = json.loads(self.good("events", record, "--source", "expectation", "--json").stdout)["events"]
+        self.assertEqual([one["name"] == "held" for one in events], [one["passed"] for one in report["expectations"]])
+        for event, one in zip(events, report["expectations"]):
+            self.assertEqual(event["text"], f"{one['name']}: {one['measured']}")
 
 
 class LastSeconds(WithFolder):
