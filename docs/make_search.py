@@ -6,7 +6,9 @@ Usage: make_search.py OUT.html
 A section is what stands below a heading. A search shows the sections that have all words, those with a word in their
 heading first. Needs Debian's python3-markdown.
 """
+import base64
 import html
+import mimetypes
 import pathlib
 import posixpath
 import re
@@ -17,6 +19,7 @@ import markdown
 DOCS = pathlib.Path(__file__).resolve().parent
 HEADING = re.compile(r"^(#{1,4}) (.+)$", re.MULTILINE)
 LINK = re.compile(r'href="([^"]*)"')
+PICTURE = re.compile(r'src="([^"]*)"')
 
 STYLE = """
 :root { --ink: #1c2330; --soft: #667085; --line: #e4e7ec; --blue: #1f6feb; }
@@ -34,6 +37,7 @@ pre { padding: 10px 12px; overflow-x: auto; }
 table { border-collapse: collapse; font-size: 13.5px; display: block; overflow-x: auto; }
 th, td { border-bottom: 1px solid var(--line); padding: 4px 10px 4px 0; text-align: left; vertical-align: top; }
 a { color: var(--blue); }
+img { max-width: 100%; }
 """
 
 SCRIPT = """
@@ -92,11 +96,20 @@ def inner_link(page, target, pages):
     return f"#{page_id(path)}" + (f"-{anchor}" if anchor else "")
 
 
+def inner_picture(page, target):
+    """The picture itself, so that it is in the one file."""
+    file = (DOCS / page).parent / target
+    if "://" in target or not file.is_file():
+        return target
+    return f"data:{mimetypes.guess_type(file)[0]};base64,{base64.b64encode(file.read_bytes()).decode()}"
+
+
 def render(page, text, pages):
     parts = []
     for i, (heading, anchor, source) in enumerate(sections(text)):
         body = markdown.markdown(source, extensions=["tables", "fenced_code", "sane_lists"])
         body = LINK.sub(lambda match: f'href="{html.escape(inner_link(page, html.unescape(match.group(1)), pages))}"', body)
+        body = PICTURE.sub(lambda match: f'src="{inner_picture(page, html.unescape(match.group(1)))}"', body)
         name = page_id(page)
         first = f'<a id="{name}"></a>' if i == 0 else ""
         parts.append(f'{first}<section id="{name}-{anchor}"><div class="page">{html.escape(page)}</div>{body}</section>')

@@ -67,6 +67,7 @@ class Search(unittest.TestCase):
         for file in (ROOT / "docs").rglob("*.md"):
             self.assertIn(f'id="{file.relative_to(ROOT / "docs").as_posix().replace("/", "-").removesuffix(".md")}"', page)
         self.assertNotRegex(page, r'<(script|link|img)[^>]*(src|href)="(http|//)', "nothing is loaded from elsewhere")
+        self.assertEqual(re.findall(r'<img[^>]*src="(?!data:image/)', page), [], "pictures are in the file")
         section = re.search(r'<section id="film-failures">.*?</section>', page, re.DOTALL).group(0)
         self.assertIn("a second longer", section)
 
