@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""What Factory 2020 does when something goes wrong: each fault with the outcome that is expected of it, as a table.
+
+  bench/factory_faults.py TAKT [--jobs N] [NAME...]     TAKT: the program; names: only faults that contain one of them
+
+A fault is a change of the scenario. It ends as it should if the run has the expected result, something of its log or of its diagnostics has the expected
+text, and every expectation holds that the fault does not break: forces, limits, arms that never touch each other. Exit status 1 if one does not.
+"""
+import argparse
+import concurrent.futures
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SCENARIO = "scenarios/factory2020.json"
+# What holds whatever happens, by the beginning of its name.
+ALWAYS = ["top 1 was", "the left arm touched", "the right arm touched", "the boxes never", "the platform never", "the arms never", "the left arm inside",
+          "the right arm inside", "the platform inside", "done in time"]
+# What has not happened yet when a run ends early.
+EARLY = ["top 1 was", "the left arm touched", "the right arm touched"]
+
+FAULTS = [
+    # name, changes, result, text, expectations that need not hold
+    ("the platform is late", ["/program/steps/0/branches/0/steps/0/speed=0.05"], "error", "until the platform is there", EARLY),
+    ("a container 60 mm off", ["/objects/tops box/at/position_m=[0.06,-0.1,0.56]"], "error", "tops", EARLY),
+    ("a container that is not there", ["/objects/bottoms box/at/position_m=[0,-2.5,0]", "/objects/bottom #/at={\"in\":\"world\",\"position_m\":[2,0,0]}"],
+     "error", "the bottoms not found where expected", EARLY),
+    ("a top is missing", ["/objects/top #/copies/step_m=[-0.12,0,0]"], "failed", "workpiece 2 is skipped: no top", []),
+    ("a bottom is missing", ["/objects/bottom #/copies/step_m=[0.14,0,0]"], "failed", "workpiece 2 is skipped: no bottom", []),
+    ("a screw is missing", ["/objects/screw #/copies/step_m=[0,0.04,0]"], "error", "workpiece 2 cannot be made: no free object", []),
+    ("a top without its hole", ["/objects/top #/parts/0/bores=[]"], "error", "found no thread", []),
+    ("a thread that is too small", ["/objects/bottom #/parts/1/bores/0/thread=M5"], "error", "found no thread", []),
+    ("a push while an arm touches", ['/faults=[{"do":"push","at_s":20,"body":"left/link7","force_N":[0,60,0],"seconds":0.3}]'], "error",
+     "not found where expected", EARLY),
+    ("a blow while a top is joined", ['/faults=[{"do":"push","at_s":86,"body":"right gripper/base","force_N":[0,0,-100],"seconds":0.1}]'], "error",
+     "cannot be made", []),
+    ("a force sensor that is silent", ['/faults=[{"do":"sensor","at_s":86,"sensor":"right wrist","fault":"silent","seconds":60}]'], "error",
+     "cannot be made", []),
+    ("an arm that stops by itself", ['/faults=[{"do":"stop","at_s":50,"arm":"left","category":1}]'], "error", "left", EARLY),
+    ("an emergency stop with a container in both hands", ['/faults=[{"do":"emergency_stop","at_s":36,"category":1}]'], "error", "emergency", EARLY),
+]
+
+
+def run(takt, changes):
+    scenario = json.loads((ROOT / SCENARIO).read_text())
+    repeats = next(i for i, one in enumerate(scenario["expectations"]) if one["kind"] == "repeats")
+    command = [takt, "run", SCENARIO, "--seed", "1", "--json", "--set", f'/expectations/{repeats}={{"kind":"duration","below_s":450}}']
+    for change in changes:
+        command += ["--set", change]
+    ended = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    try:
+        return json.loads(ended.stdout), ended.stderr
+    except json.JSONDecodeError:
+        return {"result": f"status {ended.returncode}", "expectations": [], "sim_time": 0.0}, ended.stderr
+
+
+def judge(report, log, result, text, excused):
+    """What is wrong, in words."""
+    wrong = []
+    if report["result"] != result:
+        wrong.append(f"{report['result']} in place of {result}")
+    said = log + json.dumps(report, ensure_ascii=False)
+    if text not in said:
+        wrong.append(f"nothing says '{text}'")
+    for one in report["expectations"]:
+        must = any(one["name"].startswith(name) for name in ALWAYS) and not any(one["name"].startswith(name) for name in excused)
+        if must and not one["passed"]:
+            wrong.append(f"{one['name']}: {one['measured']}")
+    return wrong
+
+
+def message_of(log, report):
+    errors = [one["message"] for one in report.get("diagnostics", []) if one.get("severity") == "error"]
+    skipped = re.findall(r"program log: (workpiece \d+ is skipped.*?)(?:  \[|$)", log, re.M)
+    return (errors[-1:] or skipped[-1:] or [""])[0].replace("|", "/")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("takt")
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--jobs", type=int, default=1)
+    given = parser.parse_args()
+    chosen = [one for one in FAULTS if not given.names or any(name in one[0] for name in given.names)]
+    takt = str(pathlib.Path(given.takt).resolve())
+    print("| fault | ends | at | with |\n|---|---|---|---|")
+    failed = 0
+    with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
+        runs = pool.map(lambda one: run(takt, one[1]), chosen)
+        for (name, _, result, text, excused), (report, log) in zip(chosen, runs):
+            wrong = judge(report, log, result, text, excused)
+            failed += bool(wrong)
+            print(f"| {name} | {report['result']} | {report['sim_time']:.1f} s | {message_of(log, report)} |{'  WRONG: ' + '; '.join(wrong) if wrong else ''}",
+                  flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
