@@ -54,7 +54,7 @@ install(FILES ${CMAKE_BINARY_DIR}/generated/core/plugin/interface_hash.h
 set(data ${CMAKE_INSTALL_DATADIR}/takt)
 install(DIRECTORY models DESTINATION ${data} PATTERN "CMakeLists.txt" EXCLUDE PATTERN "*.py" EXCLUDE
   PATTERN "made" EXCLUDE)
-install(DIRECTORY scenarios schemas DESTINATION ${data})
+install(DIRECTORY lessons scenarios schemas DESTINATION ${data})
 install(FILES LICENSE README.md DESTINATION ${data})
 
 if(TAKT_SIM)
