@@ -151,8 +151,11 @@ const ContactPair& ContactLaw::pair(int first, int second) const {
 }
 
 const ContactLaw::Memory* ContactLaw::remembered(std::int64_t shapes) const {
-  const auto found = std::ranges::find(before_, shapes, &Memory::shapes);
-  return found == before_.end() ? nullptr : &*found;
+  for (const Memory& memory : before_) {
+    if (memory.shapes == shapes) return &memory;
+    if (memory.shapes < 0) break;  // those that are used come first
+  }
+  return nullptr;
 }
 
 void ContactLaw::store(const Memory& memory) {

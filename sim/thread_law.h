@@ -119,6 +119,7 @@ class ThreadLaw {
   std::vector<ThreadedBore> bores_;
   DriveLaw drives_;
   std::vector<double> jacobians_;  ///< scratch: four of 3 x nv
+  Eigen::RowVectorXd row_;         ///< scratch: nv
   std::vector<double> applied_;    ///< scratch: forces on bodies from outside
   std::array<ThreadEvent, kEvents> events_{};
   std::size_t event_count_ = 0;

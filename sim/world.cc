@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <clocale>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <span>
@@ -12,30 +10,21 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <locale.h>
 #include <mujoco/mujoco.h>
 
 #include "core/kinematics/chain.h"
 #include "sim/contact_law.h"
 #include "sim/contact_watch.h"
 #include "sim/description_check.h"
+#include "sim/islands.h"
+#include "sim/model_compiler.h"
 #include "sim/mujoco_errors.h"
 #include "sim/nominal_payload.h"
-#include "sim/reach.h"
 #include "sim/solids.h"
-#include "sim/spec_builder.h"
 #include "sim/thread_law.h"
 
 namespace takt::sim {
 namespace {
-
-struct Deleter {
-  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-template <class T>
-using Owned = std::unique_ptr<T, Deleter>;
 
 /// All of MuJoCo's state that a step reads: nothing else is ever set (no activations, no mocap bodies, no applied
 /// Cartesian forces, which would only make the digest longer).
@@ -44,60 +33,6 @@ constexpr int kStateParts = mjSTATE_TIME | mjSTATE_QPOS | mjSTATE_QVEL | mjSTATE
 Nanoseconds wall_clock() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
-}
-
-/// MuJoCo reads mesh files with the decimal point of the process: while this lives, this thread has that of C. Its
-/// other threads cannot be given one, so the caller does without them where it matters.
-class PointInNumbers {
- public:
-  PointInNumbers() : classic_(newlocale(LC_ALL_MASK, "C", nullptr)), before_(uselocale(classic_)) {}
-  ~PointInNumbers() {
-    uselocale(before_);
-    freelocale(classic_);
-  }
-  PointInNumbers(const PointInNumbers&) = delete;
-  PointInNumbers& operator=(const PointInNumbers&) = delete;
-
- private:
-  locale_t classic_, before_;
-};
-
-/// Leaves out of the search for contacts what can never meet. @return null if MuJoCo refuses
-Owned<mjModel> search_less(mjSpec& spec, Owned<mjModel> model) {
-  const auto pairs = never_meet(*model);
-  if (pairs.empty()) return model;
-  const std::vector<int> alone = meet_nothing(*model, pairs);
-  for (const auto& [a, b] : pairs) {
-    const char* first = mj_id2name(model.get(), mjOBJ_BODY, a);
-    const char* second = mj_id2name(model.get(), mjOBJ_BODY, b);
-    if (!first || !second) continue;  // a hook's own body
-    mjsExclude* exclude = mjs_addExclude(&spec);
-    mjs_setString(exclude->bodyname1, first);
-    mjs_setString(exclude->bodyname2, second);
-  }
-  Owned<mjModel> less(mj_compile(&spec, nullptr));
-  if (!less) return less;
-  for (const int body : alone) {
-    less->body_contype[body] = less->body_conaffinity[body] = 0;
-    for (int i = less->body_geomadr[body]; i < less->body_geomadr[body] + less->body_geomnum[body]; ++i)
-      less->geom_contype[i] = less->geom_conaffinity[i] = 0;
-  }
-  return less;
-}
-
-Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals, const SpecHook& hook) {
-  Owned<mjSpec> spec(mj_makeSpec());
-  build_spec(description, visuals, *spec);
-  for (const SimDeviceDescription& device : description.devices) {
-    if (device.extend) device.extend(*spec);
-  }
-  if (hook) hook(*spec);
-  if (std::strcmp(std::localeconv()->decimal_point, ".") != 0) spec->compiler.usethread = 0;
-  const PointInNumbers point;
-  Owned<mjModel> model(mj_compile(spec.get(), nullptr));
-  if (model && !visuals && !description.physics.search_all_pairs) model = search_less(*spec, std::move(model));
-  if (model) return model;
-  return failure(Code::kSystem, "", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
 }
 
 }  // namespace
@@ -305,6 +240,7 @@ void World::Impl::physics_step(int substep) {
   } else {
     contacts->prepare(*m, *d, solids);
     if (threads.empty()) {
+      copy_rows_to_islands(*m, *d);
       mj_step2(m, d);
     } else {
       threads.finish_step(*m, *d);
@@ -316,25 +252,32 @@ void World::Impl::physics_step(int substep) {
   if (!threads.empty() && threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1))) look();
 }
 
-/// Positions and velocities of all bodies, and what touches.
+/// Positions and velocities of all bodies, and what touches: the calls of mj_step1 for what our models have. Contacts
+/// have to be there before constraints are made of them.
 void World::Impl::look() {
   mjModel* m = model.get();
   mjData* d = data.get();
-  {
-    const Solids::Active known(solids);
-    mj_step1(m, d);
-  }
-  if (!solids.add_contacts(*m, *d)) return;
+  mj_checkPos(m, d);
+  mj_checkVel(m, d);
+  d->flg_energypos = 0;
+  mj_fwdKinematics(m, d);
+  mj_makeM(m, d);
+  mj_factorM(m, d);
+  solids.search(*m, *d);
   mj_makeConstraint(m, d);
   mj_island(m, d);
   mj_projectConstraint(m, d);
-  mj_referenceConstraint(m, d);
+  mj_transmission(m, d);
+  mj_sensorPos(m, d);
+  mj_fwdVelocity(m, d);
+  mj_sensorVel(m, d);
 }
 
 /// As mj_forward, with the contact law.
 void World::Impl::forward() {
   look();
   contacts->prepare(*model, *data, solids);
+  copy_rows_to_islands(*model, *data);
   mj_fwdActuation(model.get(), data.get());
   mj_fwdAcceleration(model.get(), data.get());
   mj_fwdConstraint(model.get(), data.get());
@@ -369,7 +312,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   auto impl = std::make_unique<Impl>();
   for (const bool visuals : {true, false}) {
-    auto built = mujoco_call("", [&] { return compile(description, visuals, hook); });
+    auto built = mujoco_call("", [&] { return compile_model(description, visuals, hook); });
     if (!built) return std::unexpected(std::move(built.error()));
     if (!*built) return std::unexpected(std::move(built->error()));
     (visuals ? impl->picture_model : impl->model) = std::move(**built);

@@ -341,11 +341,14 @@ struct SimDeviceDescription {
 enum class Integrator { kEuler, kImplicitFast, kRungeKutta4 };
 
 struct Physics {
-  Nanoseconds period = kMillisecond;                           ///< one control cycle = one World::step
-  Nanoseconds timestep = kMillisecond;                         ///< of the physics; divides the period
+  Nanoseconds period = kMillisecond;    ///< one control cycle = one World::step
+  Nanoseconds timestep = kMillisecond;  ///< of the physics; divides the period
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2 in W
   Integrator integrator = Integrator::kEuler;
   bool search_all_pairs = false;  ///< for contacts, also those of bodies that can never meet (sim/reach.h)
+  /// Trees of bodies that no contact and no constraint joins are solved apart, with sparse matrices where there are
+  /// many bodies (sim/islands.h); false: all bodies in one dense system, for comparisons.
+  bool islands = true;
   int solver_iterations = 20;
   double solver_tolerance = 1e-10;
   double plant_mass_scale = 1.0;  ///< multiplies mass and inertia of all robots in the plant only (row D6)
