@@ -64,6 +64,7 @@ class ContactLaw {
   void set_springs(mjData_& data) const;
   void set_patch(const mjModel_& model, mjData_& data, const Solids& solids, int begin, int end);
   void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact) const;
+  void keep_resting(const mjModel_& model, const mjData_& data);
   void store(const Memory& memory);
 
   double timestep_;

@@ -20,6 +20,7 @@
 #include "sim/model_compiler.h"
 #include "sim/mujoco_errors.h"
 #include "sim/nominal_payload.h"
+#include "sim/rest.h"
 #include "sim/solids.h"
 #include "sim/thread_law.h"
 
@@ -45,6 +46,7 @@ struct World::Impl {
   std::optional<ContactLaw> contacts;
   Solids solids;
   ThreadLaw threads;
+  Rest rest;
   Physics physics;
   int substeps = 1;
   Nanoseconds now = 0;
@@ -248,22 +250,33 @@ void World::Impl::physics_step(int substep) {
   }
   for (auto& watch : watches) watch.update(*m, *d);
   if (contact_list) contact_list->update(*m, *d);
+  const bool settles = rest.settle(*m, *d);
+  if (settles) {
+    for (auto& watch : watches) watch.keep_resting(*m, *d, rest);
+    if (contact_list) contact_list->keep_resting(*m, *d, rest);
+  }
   look();
   if (!threads.empty() && threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1))) look();
+  if (!settles) return;
+  rest.fall_asleep(*m, *d);
+  look();
 }
 
 /// Positions and velocities of all bodies, and what touches: the calls of mj_step1 for what our models have. Contacts
-/// have to be there before constraints are made of them.
+/// have to be there before constraints are made of them, and who sleeps has to be known.
 void World::Impl::look() {
   mjModel* m = model.get();
   mjData* d = data.get();
   mj_checkPos(m, d);
   mj_checkVel(m, d);
   d->flg_energypos = 0;
-  mj_fwdKinematics(m, d);
-  mj_makeM(m, d);
-  mj_factorM(m, d);
-  solids.search(*m, *d);
+  do {
+    mj_fwdKinematics(m, d);
+    rest.woken(*d);
+    mj_makeM(m, d);
+    mj_factorM(m, d);
+    solids.search(*m, *d);
+  } while (rest.wake_touched(*m, *d));
   mj_makeConstraint(m, d);
   mj_island(m, d);
   mj_projectConstraint(m, d);
@@ -297,6 +310,7 @@ std::size_t World::Impl::stream(StateStream::Mode mode, std::span<std::uint64_t>
   if (mode == StateStream::Mode::kRead) mj_setState(model.get(), data.get(), plant_state.data(), kStateParts);
   contacts->stream(stream);
   threads.stream(stream);
+  rest.stream(stream, *data);
   stream(now);
   for (SimDevice* device : devices) device->stream(stream);
   return stream.position();
@@ -317,6 +331,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
     if (!*built) return std::unexpected(std::move(built->error()));
     (visuals ? impl->picture_model : impl->model) = std::move(**built);
   }
+  impl->rest = Rest(*impl->model, description);
   impl->data.reset(mj_makeData(impl->model.get()));
   impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
   impl->physics = description.physics;
@@ -413,6 +428,10 @@ std::string World::state_word_name(std::size_t word) const {
   impl_->threads.stream(threads);
   if (word < begin + threads.position()) return fmt::format("screws in their threads, value {}", word - begin);
   begin += threads.position();
+  StateStream resting(StateStream::Mode::kCount, {});
+  impl_->rest.stream(resting, *impl_->data);
+  if (word < begin + resting.position()) return fmt::format("parts at rest, value {}", word - begin);
+  begin += resting.position();
   if (word == begin) return "time of the devices";
   ++begin;
   for (std::size_t device = 0; device < impl_->devices.size(); ++device) {
@@ -428,20 +447,26 @@ Snapshot World::save() const {
   Snapshot snapshot(impl_->words.size());
   (void)impl_->stream(StateStream::Mode::kWrite, snapshot);
   for (auto& watch : impl_->watches) watch.save(snapshot);
+  if (impl_->contact_list) impl_->contact_list->save(snapshot);
   return snapshot;
 }
 
 bool World::restore(const Snapshot& snapshot) {
   Impl& w = *impl_;
   const std::size_t size = w.words.size();
-  if (snapshot.size() != size + ContactWatch::kWords * w.watches.size()) return false;
+  const std::size_t watched = ContactWatch::kWords * w.watches.size();
+  if (snapshot.size() != size + watched + (w.contact_list ? ContactList::kWords : 0)) return false;
   w.words.assign(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
   (void)w.stream(StateStream::Mode::kRead, w.words);
   for (std::size_t i = 0; i < w.watches.size(); ++i) {
     w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
   }
+  if (w.contact_list) w.contact_list->restore(std::span(snapshot).subspan(size + watched));
   w.threads.resume(*w.model, *w.data, w.solids);
   for (SimDevice* device : w.devices) device->resume(*w.data);
+  w.rest.wake_all(*w.model, *w.data);
+  w.look();
+  w.rest.fall_asleep(*w.model, *w.data);
   w.look();
   return true;
 }

@@ -349,6 +349,7 @@ struct Physics {
   /// Trees of bodies that no contact and no constraint joins are solved apart, with sparse matrices where there are
   /// many bodies (sim/islands.h); false: all bodies in one dense system, for comparisons.
   bool islands = true;
+  bool rest = true;  ///< free objects that lie still fall asleep (sim/rest.h); only with islands
   int solver_iterations = 20;
   double solver_tolerance = 1e-10;
   double plant_mass_scale = 1.0;  ///< multiplies mass and inertia of all robots in the plant only (row D6)
