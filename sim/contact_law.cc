@@ -87,7 +87,7 @@ struct ContactLaw::Patch {
 };
 
 ContactLaw::ContactLaw(const mjModel& model, const WorldDescription& description)
-    : timestep_(model.opt.timestep), surface_of_(static_cast<std::size_t>(model.ngeom), 0) {
+    : surface_of_(static_cast<std::size_t>(model.ngeom), 0) {
   std::vector<ContactParameters> known{ContactParameters{}};
   const auto number_of = [&](const ContactParameters& surface) {
     auto found = std::ranges::find(known, surface);
@@ -169,6 +169,7 @@ void ContactLaw::store(const Memory& memory) {
 
 void ContactLaw::prepare(const mjModel& model, mjData& data, const Solids& solids) {
   used_ = 0;
+  timestep_ = model.opt.timestep;
   if (!springs_.empty()) set_springs(data);
   // The contact points of two shapes follow each other, and among them those that share a spring.
   for (int begin = 0, end = 0; begin < data.ncon; begin = end) {

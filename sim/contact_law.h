@@ -67,7 +67,7 @@ class ContactLaw {
   void keep_resting(const mjModel_& model, const mjData_& data);
   void store(const Memory& memory);
 
-  double timestep_;
+  double timestep_ = 0.0;        ///< s, of this step
   std::vector<int> surface_of_;  ///< of each geom, a number of a surface
   std::size_t surfaces_ = 0;
   std::vector<ContactPair> pairs_;  ///< surfaces times surfaces

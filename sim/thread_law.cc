@@ -74,8 +74,7 @@ struct ThreadLaw::Stand {
 };
 
 ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, const Solids& solids)
-    : timestep_(model.opt.timestep),
-      drives_(model, description),
+    : drives_(model, description),
       jacobians_(12 * static_cast<std::size_t>(model.nv)),
       row_(static_cast<Eigen::Index>(model.nv)),
       applied_(6 * static_cast<std::size_t>(model.nbody)) {
@@ -100,6 +99,11 @@ ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, 
     screw.inertia = Eigen::Map<const Vector3d>(model.body_inertia + 3 * body).minCoeff();
     screws_.push_back(screw);
   }
+}
+
+bool ThreadLaw::sleep(const mjData& data) const {
+  const auto asleep = [&](const Screw& screw) { return data.body_awake[screw.body] == mjS_ASLEEP; };
+  return !screws_.empty() && std::ranges::all_of(screws_, asleep);
 }
 
 ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, const Screw& screw,
@@ -295,6 +299,7 @@ void ThreadLaw::prepare(const mjModel& model, mjData& data) {
 }
 
 void ThreadLaw::finish_step(mjModel& model, mjData& data) {
+  timestep_ = model.opt.timestep;
   prepare(model, data);
   copy_rows_to_islands(model, data);
   mj_fwdActuation(&model, &data);

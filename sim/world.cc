@@ -48,7 +48,6 @@ struct World::Impl {
   ThreadLaw threads;
   Rest rest;
   Physics physics;
-  int substeps = 1;
   Nanoseconds now = 0;
   // In the order of the description, kind after kind: inputs after what they read; last the devices of
   // other kinds.
@@ -88,7 +87,9 @@ struct World::Impl {
   [[nodiscard]] Diagnostics add_others(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void step();
-  void physics_step(int substep);
+  /// Of the physics in the cycle that begins now.
+  [[nodiscard]] Nanoseconds length_of_step() const;
+  void physics_step(Nanoseconds end);
   void look();
   void forward();
   /// @return the number of words
@@ -135,7 +136,7 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   const int base = mj_name2id(model.get(), mjOBJ_BODY, (robot.name + "/" + arm.base_link).c_str());
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data->xmat + 9 * base);
   plant.gravity_B = R_WB.transpose() * description.physics.gravity;
-  plant.timestep = to_seconds(description.physics.timestep);
+  plant.timestep = to_seconds(description.physics.longest_step());
   plant.period = to_seconds(description.physics.period);
   if (arm.drive) {
     BaseDrive::Wheels turning(wheels.size());
@@ -144,7 +145,7 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
       turning[i].velocity_address = model->jnt_dofadr[id];
       turning[i].inertia = model->dof_M0[turning[i].velocity_address];
     }
-    plant.drive.emplace(*arm.drive, std::move(turning), plant.timestep, description.seed, arm.name);
+    plant.drive.emplace(*arm.drive, std::move(turning), description.seed, arm.name);
   }
   plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
   return plant;
@@ -175,7 +176,7 @@ void World::Impl::add_sensors(const WorldDescription& description) {
 
 void World::Impl::add_grippers(const WorldDescription& description) {
   for (const auto& gripper : description.grippers) {
-    SimGripper::Plant plant{.timestep = to_seconds(description.physics.timestep)};
+    SimGripper::Plant plant;
     for (std::size_t i = 0; i < gripper.fingers.size(); ++i) {
       const int id = mj_name2id(model.get(), mjOBJ_JOINT, (gripper.robot + "/" + gripper.fingers[i]).c_str());
       plant.position_address[i] = model->jnt_qposadr[id];
@@ -233,7 +234,12 @@ void World::Impl::set_start(const WorldDescription& description) {
   forward();
 }
 
-void World::Impl::physics_step(int substep) {
+/// Short steps are for screws, which weigh a few grams: longer ones do while none of them moves.
+Nanoseconds World::Impl::length_of_step() const {
+  return physics.calm_timestep > 0 && threads.sleep(*data) ? physics.calm_timestep : physics.timestep;
+}
+
+void World::Impl::physics_step(Nanoseconds end) {
   mjModel* m = model.get();
   mjData* d = data.get();
   // The state's poses and velocities are known from the end of the last step, so that poses always belong to time().
@@ -256,7 +262,7 @@ void World::Impl::physics_step(int substep) {
     if (contact_list) contact_list->keep_resting(*m, *d, rest);
   }
   look();
-  if (!threads.empty() && threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1))) look();
+  if (!threads.empty() && threads.watch(*m, *d, solids, end)) look();
   if (!settles) return;
   rest.fall_asleep(*m, *d);
   look();
@@ -335,7 +341,6 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->data.reset(mj_makeData(impl->model.get()));
   impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
   impl->physics = description.physics;
-  impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
   install_solid_contacts();
   impl->solids = Solids(*impl->model, description);
   impl->threads = ThreadLaw(*impl->model, description, impl->solids);
@@ -353,7 +358,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   // The arms hold their start positions, so that the first samples are those of a robot at rest.
   for (SimDevice* device : impl->devices) {
     device->start(*impl->data);
-    device->actuate(*impl->data, 0);
+    device->actuate(*impl->data, {.length = description.physics.timestep, .duration = impl->model->opt.timestep});
   }
   impl->forward();
   for (SimDevice* device : impl->devices) device->measure(*impl->data, 0);
@@ -363,11 +368,14 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
 }
 
 void World::Impl::step() {
-  for (int substep = 0; substep < substeps; ++substep) {
+  const Nanoseconds length = length_of_step();
+  model->opt.timestep = to_seconds(length);
+  for (Substep step{.length = length, .duration = to_seconds(length)}; step.number * length < physics.period;
+       ++step.number) {
     const Nanoseconds begin = profiling ? wall_clock() : 0;
-    for (SimDevice* device : devices) device->actuate(*data, substep);
+    for (SimDevice* device : devices) device->actuate(*data, step);
     const Nanoseconds actuated = profiling ? wall_clock() : 0;
-    physics_step(substep);
+    physics_step(now + length * (step.number + 1));
     if (!profiling) continue;
     times.devices += actuated - begin;
     times.physics += wall_clock() - actuated;
