@@ -177,6 +177,7 @@ std::vector<Hit> check_motion(const Scene& scene, const State& state, const Traj
     for (int b = 0; b < n; ++b) {
       if (b == a || mover(a) == mover(b) || (samples.moves(b) && b < a) || scene.never_meet(a, b)) continue;
       if (scene.body(b).parts.empty() || !asked_for(options, a, b)) continue;
+      if (scene.least_distance(a, b) > options.margin) continue;
       // Most pairs are further apart than the whole motion is long.
       samples.put(a, 0);
       samples.put(b, 0);

@@ -1,4 +1,5 @@
 // What a program believes of its cell, in whole runs: parts that are carried and lost, frames that ride, tools by name.
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -90,6 +91,23 @@ TEST(BelievedParts, StayWhereTheyAreReleasedAndCanBeGrippedAgain) {
       {"kind": "belief", "frame": "block", "position_within_m": 0.002, "angle_within_deg": 1}])"));
   ASSERT_NE(ran.session, nullptr);
   expect_passed(ran.report);
+}
+
+/// The gripper closes 4 mm beside the middle of the block, along its fingers and across them: those push it back, but
+/// only along their way.
+TEST(BelievedParts, AreWhereClosingFingersPushThem) {
+  const Ran ran = run_kept(with_block(R"({"do": "release", "width_m": 0.07, "speed_m_s": 0.1},
+      {"do": "lin", "name": "beside it", "to": {"by_m": [0.004, 0.004, 0]}, "velocity_m_s": 0.02},
+      {"do": "grip", "name": "again", "force_N": 60, "speed_m_s": 0.05},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5})",
+                                      R"(, "expectations": [{"kind": "gripper", "is": "holding"},
+      {"kind": "belief", "frame": "block", "position_within_m": 0.001, "angle_within_deg": 0.5}])"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+  const Eigen::Vector3d p = ran.cell().frames.pose("block")->translation();
+  const Eigen::Vector2d moved(p.x() - 0.55, p.y());
+  EXPECT_NEAR(std::max(std::abs(moved.x()), std::abs(moved.y())), 0.004, 2e-4) << "along the way of the fingers";
+  EXPECT_NEAR(std::min(std::abs(moved.x()), std::abs(moved.y())), 0.0, 2e-4) << "across it";
 }
 
 TEST(BelievedParts, WhatIsReleasedRidesOnWhatItLiesOn) {
