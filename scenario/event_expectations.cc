@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -40,10 +42,36 @@ EventPattern read_pattern(ObjectReader& reader, const StepNames& steps) {
 
 constexpr Range kTime{.low = 0.0, .high = 3600.0};
 
+/// Since the node that "during" names has begun, or since the run has. Only steps tell that they begin: a node around
+/// them begins with its first one.
+class StepClock {
+ public:
+  explicit StepClock(std::string node) : node_(std::move(node)) {}
+
+  /// @return s
+  [[nodiscard]] double at(const LogEntry& entry) {
+    if (!node_.empty() && entry.source == "program" && entry.name == "begin") begins(entry);
+    return to_seconds(entry.time - begin_);
+  }
+
+ private:
+  void begins(const LogEntry& entry) {
+    const std::string_view found = node_in(entry.step, node_);
+    const bool itself = found.size() == std::string_view(entry.step).size();
+    if (found.empty() || (!itself && found == running_)) return;
+    running_ = found;
+    begin_ = entry.time;
+  }
+
+  std::string node_, running_;  ///< running: with the path that leads to it
+  Nanoseconds begin_ = 0;
+};
+
 class EventExpectation final : public Expectation {
  public:
   EventExpectation(ObjectReader& reader, const StepNames& steps)
       : pattern_(read_pattern(reader, steps)),
+        clock_(pattern_.during),
         from_s_(reader.number("from_s", 0.0, kTime)),
         to_s_(reader.number("to_s", kTime.high, kTime)) {
     if (reader.has("times")) least_ = most_ = reader.integer("times", {}, kNotNegative);
@@ -56,11 +84,11 @@ class EventExpectation final : public Expectation {
   }
 
   void happened(const LogEntry& entry) override {
+    const double time = clock_.at(entry);
     if (!pattern_.fits(entry)) return;
-    const double time = to_seconds(entry.time);
     const bool in_time = time >= from_s_ && time <= to_s_;
     (in_time ? count_ : outside_) += 1;
-    if (first_s_ < 0.0) first_s_ = time;
+    if (first_s_ < 0.0) first_s_ = to_seconds(entry.time);
   }
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
     ExpectationResult result;
@@ -68,7 +96,9 @@ class EventExpectation final : public Expectation {
     result.value = static_cast<double>(count_);
     result.measured = fmt::format("{}: {} times", pattern_.words(), count_);
     if (first_s_ >= 0.0) result.measured += fmt::format(", first at {:.3f} s", first_s_);
-    if (outside_ > 0) result.measured += fmt::format(", {} times outside of {:g} to {:g} s", outside_, from_s_, to_s_);
+    if (outside_ > 0)
+      result.measured += fmt::format(", {} times outside of {:g} to {:g} s{}", outside_, from_s_, to_s_,
+                                     pattern_.during.empty() ? "" : " of the step");
     result.measured +=
         most_ == kMany ? fmt::format(" (at least {})", least_) : fmt::format(" ({} to {} times)", least_, most_);
     return result;
@@ -77,6 +107,7 @@ class EventExpectation final : public Expectation {
  private:
   static constexpr std::int64_t kMany = std::numeric_limits<std::int64_t>::max();
   EventPattern pattern_;
+  StepClock clock_;
   double from_s_, to_s_, first_s_ = -1.0;
   std::int64_t least_ = 1, most_ = kMany, count_ = 0, outside_ = 0;
 };

@@ -111,6 +111,7 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
   if (description) {
     description->site = options.site;
     description->realtime = options.realtime;
+    for (DeviceEntry& device : description->devices) device.may_fail = device.may_fail || options.all_may_fail;
     description->image = options.image;
   }
   if (!diagnostics.has_errors())

@@ -27,16 +27,22 @@ std::string_view take_part(std::string_view& path) {
 
 }  // namespace
 
-bool goes_through(std::string_view path, std::string_view name) {
-  std::string_view wanted = take_part(name);
-  while (!path.empty()) {
-    const std::string_view part = take_part(path);
-    if (part != wanted && name_of_part(part) != wanted) continue;
-    if (name.empty()) return true;
+std::string_view node_in(std::string_view path, std::string_view name) {
+  std::string_view rest = path, wanted = take_part(name);
+  while (!rest.empty()) {
+    const std::string_view part = take_part(rest);
+    const std::string_view plain = name_of_part(part);
+    if (part != wanted && plain != wanted) continue;
+    if (name.empty()) {
+      const auto end = static_cast<std::size_t>(part.data() - path.data()) + wanted.size();
+      return path.substr(0, end);
+    }
     wanted = take_part(name);
   }
-  return false;
+  return {};
 }
+
+bool goes_through(std::string_view path, std::string_view name) { return !node_in(path, name).empty(); }
 
 void StepWindow::look(std::span<const std::string> paths) {
   inside_ = name_.empty() ||

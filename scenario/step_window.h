@@ -29,6 +29,10 @@ class StepWindow {
 /// round ("for_each (2)") and may have the nodes around it before it ("sort / grip"), not all of them.
 [[nodiscard]] bool goes_through(std::string_view path, std::string_view name);
 
+/// The beginning of a path up to a node of that name, without its round if the name has none: equal for all steps of
+/// one run of the node. Empty: the path does not go through it.
+[[nodiscard]] std::string_view node_in(std::string_view path, std::string_view name);
+
 /// The key "during": what goes_through() takes as a name; a diagnostic for each node that does not exist.
 [[nodiscard]] std::string read_during(ObjectReader& reader, const StepNames& steps);
 

@@ -103,6 +103,21 @@ TEST(PartExpectations, EventsAreCounted) {
   EXPECT_EQ(all.held, (std::vector<bool>{true, false, false, true, true, false}));
 }
 
+TEST(PartExpectations, EventsHaveWindowsInTheTimeOfTheirStep) {
+  // The pause takes 0.3 s, twice; the whole loop takes longer than that.
+  const Judged all = judged(R"json(
+      {"kind": "event", "source": "program", "event": "end", "during": "pause", "from_s": 0.29, "to_s": 0.31,
+       "times": 2},
+      {"kind": "event", "source": "program", "event": "end", "during": "pause", "to_s": 0.2},
+      {"kind": "event", "source": "program", "event": "begin", "during": "pause", "to_s": 0.001, "times": 2},
+      {"kind": "event", "source": "program", "event": "end", "text": "pause", "during": "measure", "from_s": 0.31,
+       "times": 2},
+      {"kind": "event", "source": "program", "event": "begin", "text": "touch", "during": "measure (2)", "to_s": 0.1,
+       "times": 1})json");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, true, true})) << all.results.at(0).measured;
+  EXPECT_THAT(all.results.at(1).measured, Names("0", "2", "step"));
+}
+
 TEST(PartExpectations, AnOrderHasItsWindows) {
   const Judged all = judged(R"json(
       {"kind": "order", "events": [{"event": "begin", "text": "touch"}, {"source": "contact", "event": "contact"},
