@@ -182,6 +182,7 @@ void CellRun::in_realtime(const RealtimeLoop::Report& report) {
   };
   report_.realtime = {.realtime_scheduling = report.granted.realtime_scheduling,
                       .locked_memory = report.granted.locked_memory,
+                      .processor = report.granted.processor,
                       .wakeups = lateness(report.wakeups),
                       .begins = lateness(report.begins),
                       .cycles_unseen = report.cycles_unseen};

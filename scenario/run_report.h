@@ -49,6 +49,8 @@ struct RunOptions {
   double record_last = 0.0;      ///< s: only so much is kept, and written if something goes wrong; 0: all
   bool measure_times = true;
   bool realtime = false;  ///< at most as fast as the wall clock; what is late is counted, and not caught up
+  int processor = -1;     ///< in real time: the only one that the cycle runs on, best one that no other thread uses
+                          ///< (keep_off_processor()); -1: any
   /// In lock-step: a cycle that takes longer ends the process with status 3 and the name of what is stuck (row L7); 0:
   /// nobody watches, as under a debugger. In real time the clock has its own watchdog.
   Nanoseconds watchdog = 0;
@@ -85,6 +87,7 @@ struct Timing {
 /// What a run in real time got of the machine. Times in ns.
 struct RealtimeReport {
   bool realtime_scheduling = false, locked_memory = false;  ///< granted
+  int processor = -1;                                       ///< the only one that the cycle ran on; -1: any
   struct Lateness {
     Nanoseconds p50 = 0, p99 = 0, p999 = 0, worst = 0;
   };

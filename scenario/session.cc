@@ -216,7 +216,7 @@ class Session::Run {
   static std::unique_ptr<RealtimeLoop> realtime_loop(Session& session, const RunOptions& options) {
     if (!options.realtime) return nullptr;
     SiteDevices& site = *session.built_.site;
-    RealtimeLoop::Options wanted;
+    RealtimeLoop::Options wanted{.processor = options.processor};
     // Simulated devices wait for a cycle that is late, so nothing has to be stopped for it.
     if (!site.has_drivers()) wanted.overrun_limit = std::numeric_limits<int>::max();
     return std::make_unique<RealtimeLoop>(*session.built_.core, site.clock(), wanted);
