@@ -12,6 +12,7 @@
 #include "scenario/cell_run.h"
 #include "scenario/operator.h"
 #include "scenario/realtime_loop.h"
+#include "scenario/step_window.h"
 #include "sim/render_shapes.h"
 
 namespace takt::scenario {
@@ -147,9 +148,10 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   const auto names = program.names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
     const std::string& step = description.film.cuts[i].step;
-    if (std::ranges::find(names, step) != names.end()) continue;
+    const std::string_view part = unknown_part(step, names);
+    if (part.empty()) continue;
     diagnostics.error(Code::kUnknownName, fmt::format("/film/cuts/{}/step", i),
-                      fmt::format("there is no step '{}'", step), nearest_choice(step, names));
+                      fmt::format("there is no step '{}'", part), nearest_choice(std::string(part), names));
   }
   if (diagnostics.has_errors()) return refuse(std::move(diagnostics));
   if (built.triangles > sim::kTriangleBudget) {

@@ -38,6 +38,24 @@ bool goes_through(std::string_view path, std::string_view name) {
   return false;
 }
 
+bool ends_with(std::string_view path, std::string_view name) {
+  const auto last = [](std::string_view whole) {
+    const std::size_t before = whole.rfind(kBetween);
+    return before == whole.npos ? whole : whole.substr(before + kBetween.size());
+  };
+  const std::string_view part = last(path), wanted = last(name);
+  return (part == wanted || name_of_part(part) == wanted) && goes_through(path, name);
+}
+
+std::string_view unknown_part(std::string_view name, std::span<const std::string> steps) {
+  const auto known = [&](std::string_view one) { return std::ranges::find(steps, one) != steps.end(); };
+  while (!name.empty()) {
+    const std::string_view part = take_part(name);
+    if (!known(part) && !known(name_of_part(part))) return part;
+  }
+  return {};
+}
+
 void StepWindow::look(std::span<const std::string> paths) {
   inside_ = name_.empty() ||
             std::ranges::any_of(paths, [this](const std::string& path) { return goes_through(path, name_); });
@@ -48,13 +66,9 @@ std::string read_during(ObjectReader& reader, const StepNames& steps) {
   if (reader.has("during") && name.empty())
     reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "the name of a step");
   if (!steps) return name;
-  const auto known = [&](std::string_view one) { return std::ranges::find(*steps, one) != steps->end(); };
-  for (std::string_view rest = name; !rest.empty();) {
-    const std::string_view part = take_part(rest);
-    if (!known(part) && !known(name_of_part(part)))
-      reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),
-                                 nearest_choice(std::string(part), *steps));
-  }
+  if (const std::string_view part = unknown_part(name, *steps); !part.empty())
+    reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),
+                               nearest_choice(std::string(part), *steps));
   return name;
 }
 

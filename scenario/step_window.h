@@ -29,6 +29,12 @@ class StepWindow {
 /// round ("for_each (2)") and may have the nodes around it before it ("sort / grip"), not all of them.
 [[nodiscard]] bool goes_through(std::string_view path, std::string_view name);
 
+/// True if a path of steps ends with a node of this name: it has just begun. A name as of goes_through().
+[[nodiscard]] bool ends_with(std::string_view path, std::string_view name);
+
+/// The first part of such a name that is no step; empty: all are. @param steps  names of the program's steps
+[[nodiscard]] std::string_view unknown_part(std::string_view name, std::span<const std::string> steps);
+
 /// The key "during": what goes_through() takes as a name; a diagnostic for each node that does not exist.
 [[nodiscard]] std::string read_during(ObjectReader& reader, const StepNames& steps);
 
