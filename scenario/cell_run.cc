@@ -258,7 +258,7 @@ void CellRun::note(std::string_view source, std::string_view name, std::string_v
   follow_steps(entry);
   for (const auto& expectation : expectations_) expectation->happened(entry);
   if (recorder_) recorder_->add_event(entry);
-  if (film_) film_->happened(entry);
+  if (film_) report_.diagnostics.append(film_->happened(entry));
   if (options_.tell) options_.tell(entry);
   log_.add(std::move(entry));
 }
@@ -279,7 +279,6 @@ void CellRun::follow_steps(const LogEntry& entry) {
 
 void CellRun::step_begun(std::string_view name) {
   steps_begun_.emplace_back(name);
-  if (film_) report_.diagnostics.append(film_->step_begins(name));
   for (const auto& expectation : expectations_) expectation->step_begins(name);
 }
 

@@ -44,6 +44,25 @@ std::string_view node_in(std::string_view path, std::string_view name) {
 
 bool goes_through(std::string_view path, std::string_view name) { return !node_in(path, name).empty(); }
 
+bool ends_with(std::string_view path, std::string_view name) {
+  const auto last = [](std::string_view whole) {
+    const std::size_t before = whole.rfind(kBetween);
+    return before == whole.npos ? whole : whole.substr(before + kBetween.size());
+  };
+  const std::string_view part = last(path), wanted = last(name);
+  return (part == wanted || name_of_part(part) == wanted) && goes_through(path, name);
+}
+
+std::vector<std::string_view> unknown_parts(std::string_view name, std::span<const std::string> steps) {
+  const auto known = [&](std::string_view one) { return std::ranges::find(steps, one) != steps.end(); };
+  std::vector<std::string_view> unknown;
+  while (!name.empty()) {
+    const std::string_view part = take_part(name);
+    if (!known(part) && !known(name_of_part(part))) unknown.push_back(part);
+  }
+  return unknown;
+}
+
 void StepWindow::look(std::span<const std::string> paths) {
   inside_ = name_.empty() ||
             std::ranges::any_of(paths, [this](const std::string& path) { return goes_through(path, name_); });
@@ -54,13 +73,9 @@ std::string read_during(ObjectReader& reader, const StepNames& steps) {
   if (reader.has("during") && name.empty())
     reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "the name of a step");
   if (!steps) return name;
-  const auto known = [&](std::string_view one) { return std::ranges::find(*steps, one) != steps->end(); };
-  for (std::string_view rest = name; !rest.empty();) {
-    const std::string_view part = take_part(rest);
-    if (!known(part) && !known(name_of_part(part)))
-      reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),
-                                 nearest_choice(std::string(part), *steps));
-  }
+  for (const std::string_view part : unknown_parts(name, *steps))
+    reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),
+                               nearest_choice(std::string(part), *steps));
   return name;
 }
 

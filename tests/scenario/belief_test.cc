@@ -234,6 +234,27 @@ TEST(BelievedFrames, AStepMakesThemAndTheyDependOnWhatItSays) {
               Reports(Code::kUnknownName, "/program/steps/3/in", {"tabel", "table"}));
 }
 
+/// A program that has measured by its own means: what the object carries comes along, and what it stands on stays.
+TEST(BelievedFrames, AStepSaysWhereAnObjectHasBeenFound) {
+  const Ran ran = run_kept(parsed(R"({"devices": {"platform": {"model": "youbot_base"}},
+    "objects": {
+      "tray": {"shape": "box", "size_m": [0.3, 0.2, 0.02], "at": {"in": "platform", "position_m": [0, 0, 0.4]},
+               "vary": {"position_m": [0.02, 0.02, 0]}, "fixed": false, "mass_kg": 0.6},
+      "bolt": {"shape": "box", "size_m": [0.03, 0.03, 0.03], "at": {"in": "tray", "position_m": [0.03, 0, 0.025]},
+               "fixed": false, "mass_kg": 0.1},
+      "deck": {"shape": "box", "size_m": [0.4, 0.3, 0.1], "at": {"in": "platform", "position_m": [0, 0, 0.34]}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "set_frame", "as": "tray", "in": "platform", "position_m": [0.01, -0.02, 0.4], "rpy_deg": [0, 0, 5]},
+      {"do": "lin", "arm": "platform", "to": {"by_m": [0.2, 0, 0]}}]}})"));
+  ASSERT_NE(ran.session, nullptr);
+  EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
+  const auto tray = ran.cell().frames.pose("tray"), bolt = ran.cell().frames.pose("bolt");
+  ASSERT_TRUE(tray && bolt);
+  EXPECT_NEAR(tray->translation().x(), 0.21, 1e-3) << "it rode on";
+  EXPECT_NEAR(tray->translation().y(), -0.02, 1e-3);
+  EXPECT_NEAR(bolt->translation().y(), -0.02 + 0.03 * std::sin(5 * M_PI / 180), 1e-3) << "in the tray";
+}
+
 // -- The arm's own force ----------------------------------------------------------------------------------------------
 
 /// A push of 20 N is felt by the joints, within what an arm knows of itself.
