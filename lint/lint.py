@@ -88,6 +88,7 @@ QUOTING_TESTS = {
     "tests/hw/rtde/programs_test.cc": "errors of UR's controller, which its clients read",
     "tests/hw/rtde/client_test.cc": "what a driver says of a controller",
     "tests/hw/rtde/driver_test.cc": "faults of a driver, numbers with words",
+    "tests/hw/rtde/terminals_test.cc": "faults of a driver, and why a block does not fit",
     "tests/hw/urscript/machine_test.cc": "errors of UR's controller, which its clients read",
     "tests/hw/fri/client_test.cc": "faults of a driver, numbers with words",
     "tests/hw/fri/controller_test.cc": "what KUKA's controller shows",

@@ -441,8 +441,10 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
       built.true_body[entry.name] = entry.name + "/" + simulated.robots.back().model->root().name;
     built.cell.objects[entry.name] = std::move(known);
   }
-  if (std::ranges::any_of(simulated.objects, [](const auto& object) { return object.screw.has_value(); }))
+  if (std::ranges::any_of(simulated.objects, [](const auto& object) { return object.screw.has_value(); })) {
+    simulated.physics.calm_timestep = simulated.physics.timestep;
     simulated.physics.timestep = kTimestepWithScrews;
+  }
   add_tool_sides(devices, simulated, frames, built);
   complete_surfaces(description, models, simulated, diagnostics);
   for (const FrameEntry& frame : description.frames)
@@ -472,7 +474,9 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   built.cell.override_channel = speed.name;
   built.cell.frames = std::move(frames.believed);
   built.start = std::move(frames.truth);
-  for (const auto& device : devices) device->kind->add(*device, devices, built);
+  for (const bool last : {false, true})
+    for (const auto& device : devices)
+      if (built.site->wired_last(device->entry->name) == last) device->kind->add(*device, devices, built);
   add_tools(devices, built.cell, diagnostics);
   activity::see_flanges(built.cell);
   diagnostics.append(built.site->problems());

@@ -17,6 +17,7 @@ RealtimeLoop::RealtimeLoop(rcc::ControlCore& core, MonotonicClock& time, const O
       options_(options),
       clock_({.priority = options.priority,
               .lock_memory = options.lock_memory,
+              .processor = options.processor,
               .overrun_limit = options.overrun_limit,
               .lock = &lock_,
               .time = &time}),

@@ -20,6 +20,7 @@ class RealtimeLoop {
   struct Options {
     int priority = 80;        ///< of SCHED_FIFO for the cycle; 0: leave the scheduling alone
     bool lock_memory = true;  ///< no page of the process leaves memory
+    int processor = -1;       ///< the only one that the cycle runs on; -1: any
     int overrun_limit = 5;    ///< RealtimeClock::Options; INT_MAX: overruns are only counted
   };
   /// @param time  the core's time, for the agents of its devices; it is kept from run() on. Both outlive the loop.

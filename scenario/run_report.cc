@@ -105,6 +105,7 @@ Json to_json(const RunReport& report) {
   if (report.realtime) {
     realtime = {{"realtime_scheduling", report.realtime->realtime_scheduling},
                 {"locked_memory", report.realtime->locked_memory},
+                {"processor", report.realtime->processor >= 0 ? Json(report.realtime->processor) : Json()},
                 {"wakeups", lateness(report.realtime->wakeups)},
                 {"begins", lateness(report.realtime->begins)},
                 {"cycles_unseen", report.realtime->cycles_unseen},

@@ -40,14 +40,17 @@ struct RunOptions {
   std::filesystem::path video;                                ///< MP4 file; empty = none
   double video_from = 0.0;                                    ///< s of simulated time at which the film begins
   double video_to = std::numeric_limits<double>::infinity();  ///< s at which it ends
-  std::string camera;                                         ///< overrides the film's first camera and its cuts
-  std::optional<sim::FreeCamera> view;                        ///< a camera that no file has, instead
-  std::optional<std::vector<std::string>> show;               ///< marks of the film, instead of the file's
+  std::string video_failure;  ///< what is wrong with this run: its film says so from its end on, for a second more
+  std::string camera;         ///< overrides the film's first camera and its cuts
+  std::optional<sim::FreeCamera> view;           ///< a camera that no file has, instead
+  std::optional<std::vector<std::string>> show;  ///< marks of the film, instead of the file's
   int width = 1280, height = 720, fps = 25;
   std::filesystem::path record;  ///< MCAP file; empty = none
   double record_last = 0.0;      ///< s: only so much is kept, and written if something goes wrong; 0: all
   bool measure_times = true;
   bool realtime = false;  ///< at most as fast as the wall clock; what is late is counted, and not caught up
+  int processor = -1;     ///< in real time: the only one that the cycle runs on, best one that no other thread uses
+                          ///< (keep_off_processor()); -1: any
   /// In lock-step: a cycle that takes longer ends the process with status 3 and the name of what is stuck (row L7); 0:
   /// nobody watches, as under a debugger. In real time the clock has its own watchdog.
   Nanoseconds watchdog = 0;
@@ -84,6 +87,7 @@ struct Timing {
 /// What a run in real time got of the machine. Times in ns.
 struct RealtimeReport {
   bool realtime_scheduling = false, locked_memory = false;  ///< granted
+  int processor = -1;                                       ///< the only one that the cycle ran on; -1: any
   struct Lateness {
     Nanoseconds p50 = 0, p99 = 0, p999 = 0, worst = 0;
   };

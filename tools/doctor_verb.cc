@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "core/base/processors.h"
 #include "tools/cli.h"
 #include "tools/machine.h"
 
@@ -17,9 +18,15 @@ constexpr Nanoseconds kWorstWakeup = 100'000;
 
 double us(Nanoseconds time) { return 1e-3 * static_cast<double>(time); }
 
-int doctor(double seconds, const Common& common) {
+int doctor(double seconds, int processor, const Common& common) {
+  if (processor >= 0 && !has_processor(processor)) {
+    Diagnostics diagnostics;
+    diagnostics.error(Code::kOutOfRange, "--processor", fmt::format("this process may not use processor {}", processor),
+                      "the number of one that is online");
+    return report(diagnostics, common);
+  }
   const std::vector<MachineFinding> findings = look_at_machine();
-  const MeasuredCycles measured = measure_cycles(seconds);
+  const MeasuredCycles measured = measure_cycles(seconds, processor);
   const rcc::LatenessTimes& late = measured.wakeups;
   const bool in_time = late.worst() <= kWorstWakeup;
   const bool fit = in_time && measured.realtime_scheduling && measured.locked_memory;
@@ -56,12 +63,16 @@ int doctor(double seconds, const Common& common) {
 
 std::pair<CLI::App*, Verb> add_doctor(CLI::App& parser, Common& common) {
   auto seconds = std::make_shared<double>(2.0);
+  auto processor = std::make_shared<int>(-1);
   CLI::App* verb =
       parser.add_subcommand("doctor", "What this machine can do for a cycle of 1 ms in real time, and what to change");
   verb->add_option("--seconds", *seconds, "How long wake-ups are measured")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
-  return {verb, [seconds, &common] { return doctor(*seconds, common); }};
+  verb->add_option("--processor", *processor, "The only processor on which they are measured")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  return {verb, [seconds, processor, &common] { return doctor(*seconds, *processor, common); }};
 }
 
 }  // namespace takt::tools

@@ -109,9 +109,9 @@ std::vector<MachineFinding> look_at_machine(const fs::path& root) {
           throttling(root), clock_source(root),    scheduling(),     memory()};
 }
 
-MeasuredCycles measure_cycles(double seconds) {
+MeasuredCycles measure_cycles(double seconds, int processor) {
   rcc::ControlCore core({});
-  rcc::RealtimeClock clock({.overrun_limit = std::numeric_limits<int>::max(), .watchdog = 0});
+  rcc::RealtimeClock clock({.processor = processor, .overrun_limit = std::numeric_limits<int>::max(), .watchdog = 0});
   MeasuredCycles measured;
   std::jthread cycle([&](const std::stop_token& stop) {
     const auto granted = clock.run(core, stop);

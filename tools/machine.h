@@ -27,6 +27,7 @@ struct MeasuredCycles {
   rcc::LatenessTimes wakeups;
 };
 /// Runs an empty core for so many seconds of wall time, with real-time scheduling and locked memory where permitted.
-[[nodiscard]] MeasuredCycles measure_cycles(double seconds);
+/// @param processor  the only one that its thread runs on; -1: any
+[[nodiscard]] MeasuredCycles measure_cycles(double seconds, int processor = -1);
 
 }  // namespace takt::tools

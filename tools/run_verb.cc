@@ -13,6 +13,7 @@
 #include "app/process.h"
 #include "app/run_arguments.h"
 #include "core/base/output_file.h"
+#include "core/base/processors.h"
 #include "record/compare.h"
 #include "scenario/resimulation.h"
 
@@ -22,7 +23,21 @@ namespace {
 struct RunVerbArguments : app::RunArguments {
   std::string file, from, image, resim, report;
   bool dry_run = false, step = false;
+  int processor = -1;  // that the cycle has for itself; -1: any
 };
+
+/// Whatever thread the process starts from now on leaves it to the cycle.
+void reserve_processor(const RunVerbArguments& arguments, Diagnostics& diagnostics) {
+  if (arguments.processor < 0) return;
+  if (!arguments.realtime) {
+    diagnostics.error(Code::kRequires, "--processor", "only a cycle in real time has a thread of its own",
+                      "--realtime");
+  } else if (!has_processor(arguments.processor) || !keep_off_processor(arguments.processor)) {
+    diagnostics.error(Code::kOutOfRange, "--processor",
+                      fmt::format("processor {} cannot be kept for the cycle alone", arguments.processor),
+                      "one of two or more that are online");
+  }
+}
 
 /// Shows what would begin, and waits for a line of stdin. Whoever goes away (end of input) wants nothing to move on.
 scenario::StepAnswer ask(const scenario::NextStep& next) {
@@ -146,6 +161,8 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   if (!arguments.image.empty() && !arguments.dry_run)
     diagnostics.error(Code::kRequires, "--image", "a picture of the rehearsal without a rehearsal alone", "--dry-run");
   opening.image = arguments.image;
+  reserve_processor(arguments, diagnostics);
+  options.processor = arguments.processor;
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
   auto session = scenario::Session::open(arguments.file, library, opening);
@@ -202,6 +219,10 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   });
   verb->add_flag("--step", arguments->step,
                  "Wait before each step: Enter begins it, c continues without stops, q or the end of input cancels");
+  verb->add_option("--processor", arguments->processor,
+                   "With --realtime: the processor that the cycle has for itself in this process")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
   verb->add_flag("--dry-run", arguments->dry_run, "Check, build, plan; move nothing");
   verb->add_option("--image", arguments->image,
                    "With --dry-run: draw the posture of the first collision with both bodies marked; without a "

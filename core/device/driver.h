@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -50,7 +51,12 @@ struct DriverRequest {
   Nanoseconds core_period = kMillisecond;
   Nanoseconds padding = 0;  ///< added to the delay, to be as late as the slowest arm of a group (row T3)
   std::uint64_t seed = 0;   ///< of the faults of a virtual wire
+  /// An I/O block of the cell whose terminals are those of the arm's controller; null: none is.
+  std::shared_ptr<const IoDescription> terminals = nullptr;
 };
+
+class IoDriver;
+struct IoTerminals;
 
 /// The driver of a device: an I/O agent with its wire. It is there when it is made and looks for its device from then
 /// on; samples come when the device is found. Its destructor ends the connection in order, without moving anything.
@@ -73,6 +79,10 @@ class ArmDriver : public ArmBackend, public DeviceDriver {
   /// The wrench that the arm itself estimates or measures, on its flange, as a sensor that is mounted there reads it;
   /// null: it has none. Lives as long as the driver.
   [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
+  /// The terminals of the controller, over the connection of the arm, if DriverRequest::terminals asked for them; null:
+  /// it did not, or the controller has none. They live as long as the driver. @param machine  what is behind the
+  /// terminals of an emulated controller in this process; else of no use. Realtime: setup.
+  [[nodiscard]] virtual IoDriver* terminals(const IoTerminals& /*machine*/) { return nullptr; }
 };
 
 /// The driver of a gripper.
@@ -112,6 +122,11 @@ class ControllerEmulator {
   virtual void advance(Nanoseconds now) = 0;
   /// Tool and payload as they are entered at the controller. Realtime: setup.
   virtual void set_tool(const ToolSetting& /*tool*/) {}
+  /// The brakes of the machine, for its power and for who resets it after it has stopped by itself: opened, it holds
+  /// its joints where they are. Realtime: setup.
+  virtual void set_brakes(std::function<void()> /*close*/, std::function<void()> /*open*/) {}
+  /// What is behind its terminals, if DriverRequest::terminals asked for them. Realtime: setup.
+  virtual void set_terminals(const IoTerminals& /*machine*/) {}
   /// As of DeviceDriver.
   [[nodiscard]] virtual std::vector<std::string> news() { return {}; }
 };
@@ -144,6 +159,10 @@ class ArmDriverKind : public DriverKind {
   /// What keeps this driver from this arm, beyond its settings: another number of joints, another cycle. Empty:
   /// nothing.
   [[nodiscard]] virtual std::string refuse(const DriverSettings& settings, const ArmDescription& arm) const = 0;
+  /// What keeps the terminals of the arm's controller from being those of a block. Empty: nothing.
+  [[nodiscard]] virtual std::string refuse_terminals(const IoDescription& /*io*/) const {
+    return "the arm's controller offers no terminals";
+  }
   /// The cycle in which the device takes set points, ns.
   [[nodiscard]] virtual Nanoseconds cycle(const DriverSettings& settings, const ArmDescription& arm) const = 0;
   /// Declared delay of its set points without padding, ns.

@@ -20,9 +20,10 @@ class ForceTorqueAgent {
   };
 
   /// @param clock  the core's time; must outlive the agent @param cycle  of the sensor @param jitter  of the wire, as
-  /// far as it is known. Realtime: setup.
-  ForceTorqueAgent(const Clock& clock, Nanoseconds cycle, Nanoseconds jitter)
-      : clock_(clock), session_({.cycle = cycle, .jitter = jitter, .ends_when_silent = false}) {}
+  /// far as it is known @param sequence_bits  after so many its counter wraps. Realtime: setup.
+  ForceTorqueAgent(const Clock& clock, Nanoseconds cycle, Nanoseconds jitter, int sequence_bits = 64)
+      : clock_(clock),
+        session_({.cycle = cycle, .sequence_bits = sequence_bits, .jitter = jitter, .ends_when_silent = false}) {}
 
   /// The core's side: the newest sample, as ForceTorqueBackend::read(). Realtime: cyclic, wait-free.
   bool read(WrenchSample& sample) {

@@ -9,6 +9,7 @@
 #include <pthread.h>
 #include <sys/mman.h>
 
+#include "core/base/processors.h"
 #include "core/net/format_text.h"
 #include "core/rcc/watchdog.h"
 
@@ -31,6 +32,7 @@ RealtimeClock::Granted RealtimeClock::prepare_thread() const {
     const sched_param parameters{.sched_priority = options_.priority};
     granted.realtime_scheduling = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
   }
+  if (options_.processor >= 0 && run_on_processor(options_.processor)) granted.processor = options_.processor;
   if (options_.lock_memory) granted.locked_memory = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   return granted;
 }

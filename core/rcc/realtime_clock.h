@@ -29,6 +29,7 @@ class RealtimeClock {
   struct Options {
     int priority = 80;        ///< of SCHED_FIFO; 0: leave the scheduling alone
     bool lock_memory = true;  ///< no page of the process leaves memory
+    int processor = -1;       ///< the only one that its thread runs on; -1: any
     int overrun_limit = 5;    ///< this many overruns, less one for each leak_cycles, stop the nets
     int leak_cycles = 1000;
     Nanoseconds watchdog = 100 * kMillisecond;  ///< a cycle that takes longer is stuck (Watchdog); 0: nobody watches
@@ -39,6 +40,7 @@ class RealtimeClock {
   struct Granted {
     bool realtime_scheduling = false;
     bool locked_memory = false;
+    int processor = -1;  ///< the only one that its thread runs on; -1: any
     /// Why it ended although nobody asked: what step() threw, and in which cycle. Empty: it was asked to end.
     std::string failure;
   };

@@ -48,6 +48,7 @@ Client::Client(const device::DriverRequest& request, const ClientOptions& option
       link_(std::move(link)),
       clock_(clock),
       agent_(arm_->limits, options.timing(request.core_period, request.padding), clock),
+      force_agent_(clock, options.cycle, options.margin, options.timing(request.core_period, 0).sequence_bits),
       handshake_(make_krl_handshake(options.krl)),
       supervisor_(options.cycle) {}
 
@@ -135,6 +136,7 @@ void Client::answer(const Measurement& m) {
     if (!fits_task_frame(settings_.value().compliance)) supervisor_.refuse(Fault::kTaskFrame);
   }
   const device::ArmPacket measured = packet(m, step);
+  take_wrench(m, measured.instant);
   const auto answer = agent_.answer(measured);
   if (!answer && !plausible) {
     ++report_.old;
@@ -191,6 +193,19 @@ device::ArmPacket Client::packet(const Measurement& m, std::int64_t step) const 
   sample.ready = fault == Fault::kNone && !supervisor_.changing();
   sample.fault = supervisor_.changing() ? 0 : static_cast<std::uint32_t>(fault);
   return packet;
+}
+
+/// The controller's wrench is about the tool centre point that was entered there, in axes of $STIFFNESS.TASKFRAME.
+void Client::take_wrench(const Measurement& m, Nanoseconds instant) {
+  if (!arm_->chain) return;
+  const Eigen::Isometry3d X_BF = arm_->chain->forward(m.q);
+  const Eigen::Matrix3d R_FB = X_BF.linear().transpose();
+  const Eigen::Matrix3d R_FW = options_.task_frame_is_tool ? Eigen::Matrix3d(R_FB * m.X_BT.linear()) : R_FB;
+  const Eigen::Vector3d p_FT_F = R_FB * (m.X_BT.translation() - X_BF.translation());
+  device::WrenchSample sample{.sequence = m.sequence, .stamp = instant, .wrench = {}};
+  sample.wrench.force = R_FW * m.wrench_external.force;
+  sample.wrench.torque = R_FW * m.wrench_external.torque + p_FT_F.cross(sample.wrench.force);
+  force_agent_.take(sample, instant);
 }
 
 /// While it may not be moved the arm is told to be where it is told to be: command state begins without a step.

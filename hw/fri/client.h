@@ -9,6 +9,7 @@
 #include "core/base/newest_slot.h"
 #include "core/device/arm_agent.h"
 #include "core/device/driver.h"
+#include "core/device/force_torque_agent.h"
 #include "hw/fri/supervisor.h"
 #include "hw/wire/datagram_link.h"
 
@@ -60,6 +61,9 @@ class Client {
 
   // -- The core's side. Realtime: cyclic, wait-free.
   bool read(device::ArmSample& sample);
+  /// What the surroundings exert on the tool by the controller's own estimate, as ForceTorqueBackend::read(): at the
+  /// origin of the flange and in its axes, N and Nm.
+  bool read_wrench(device::WrenchSample& sample) { return force_agent_.read(sample); }
   void write(const device::ArmSetPoint& set_point) { agent_.write(set_point); }
   void write_compliance(const device::Compliance& compliance);
   void change_mode(device::ControlMode mode);
@@ -111,6 +115,7 @@ class Client {
   [[nodiscard]] std::int64_t ahead(const Measurement& m) const;
   [[nodiscard]] Joints velocity(const Measurement& m, std::int64_t ahead) const;
   [[nodiscard]] device::ArmPacket packet(const Measurement& m, std::int64_t ahead) const;
+  void take_wrench(const Measurement& m, Nanoseconds instant);
   [[nodiscard]] Joints held(const Measurement& m) const;
   [[nodiscard]] Joints next_position(const Measurement& m, const std::optional<device::ArmAnswer>& answer);
   void brake_by_ramp();
@@ -125,6 +130,7 @@ class Client {
   std::unique_ptr<DatagramLink> link_;
   const Clock& clock_;
   device::ArmAgent agent_;
+  device::ForceTorqueAgent force_agent_;
   std::unique_ptr<KrlHandshake> handshake_;
 
   // Between the two sides.

@@ -35,6 +35,7 @@ class Backend : public device::ArmDriver {
             .dead_time = agent.dead_time()};
   }
   [[nodiscard]] std::vector<std::string> news() override { return client_.news(); }
+  [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return &wrench_; }
 
   [[nodiscard]] const Client& client() const { return client_; }
 
@@ -42,6 +43,16 @@ class Backend : public device::ArmDriver {
   Client client_;
   Nanoseconds cycle_, core_period_;
   Nanoseconds wire_time_ = 0;  ///< that a datagram takes at most
+
+ private:
+  /// The controller's estimate of the wrench at the tool.
+  struct WrenchBackend final : device::ForceTorqueBackend {
+    explicit WrenchBackend(Backend& owner) : arm(owner) {}
+    bool read(device::WrenchSample& sample) override { return arm.client_.read_wrench(sample); }
+    [[nodiscard]] device::BackendTiming timing() const override { return arm.timing(); }
+    Backend& arm;
+  };
+  WrenchBackend wrench_{*this};
 };
 
 /// The driver on a machine's network: a thread answers the controller. Whoever destroys it should have stopped the arm;

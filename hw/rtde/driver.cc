@@ -40,7 +40,6 @@ enum OutputPlace : std::size_t {
   kTcpPose,
   kTcpForce,
   kDigitalIn,
-  kDigitalOut,
   kAnalogIn0,
   kAnalogIn1,
   kProgramState,
@@ -77,7 +76,7 @@ constexpr std::array<FaultText, 13> kFaultTexts = {
 
 }  // namespace
 
-ClientRequest Driver::request_for(const DriverOptions& options) {
+ClientRequest Driver::request_for(const DriverOptions& options, const TerminalBlock* block) {
   const RegisterLayout registers{options.registers};
   ClientRequest request;
   request.outputs = {"timestamp",
@@ -90,7 +89,6 @@ ClientRequest Driver::request_for(const DriverOptions& options) {
                      "actual_TCP_pose",
                      "actual_TCP_force",
                      "actual_digital_input_bits",
-                     "actual_digital_output_bits",
                      "standard_analog_input0",
                      "standard_analog_input1",
                      registers.state_out(),
@@ -99,7 +97,9 @@ ClientRequest Driver::request_for(const DriverOptions& options) {
   request.optional_outputs = {"payload"};
   std::vector<std::string> recipe = {registers.sequence_in(), registers.mode_in()};
   for (int i = 0; i < 6; ++i) recipe.push_back(registers.joint_in(i));
-  request.inputs = {recipe, {"standard_digital_output_mask", "standard_digital_output"}};
+  request.inputs = {recipe};
+  // Who writes an output keeps other clients from it: only what the block has.
+  if (block != nullptr && !block->fields().empty()) request.inputs.push_back(block->fields());
   return request;
 }
 
@@ -117,7 +117,11 @@ Driver::Driver(const DriverOptions& options, const device::DriverRequest& reques
               .padding = request.padding},
              clock),
       force_agent_(clock, options.cycle(), options.margin),
-      client_(request_for(options)) {
+      block_(request.terminals == nullptr
+                 ? nullptr
+                 : std::make_unique<TerminalBlock>(*request.terminals,
+                                                   [this](std::uint32_t fault) { return fault_text(fault); })),
+      client_(request_for(options, block_.get())) {
   program_.registers.half = options.registers;
   program_.lookahead = options.lookahead;
   program_.gain = options.gain;
@@ -185,15 +189,6 @@ void Driver::tell(std::string line) {
   if (news_.size() < kMostNews) news_.push_back(std::move(line));
 }
 
-void Driver::set_digital_output(int bit, bool value) {
-  const std::uint32_t mask = 1u << bit;
-  std::uint32_t before = outputs_wanted_.load(), after = 0;
-  do {
-    after = (before | mask) & ~(mask << 8);
-    if (value) after |= mask << 8;
-  } while (!outputs_wanted_.compare_exchange_weak(before, after));
-}
-
 // -- Connecting
 // --------------------------------------------------------------------------------------------------------
 
@@ -227,7 +222,7 @@ void Driver::set_stage(Stage stage) {
 
 void Driver::begin_connecting() {
   ++counts_.connections;
-  client_ = Client(request_for(options_));
+  client_ = Client(request_for(options_, block_.get()));
   dashboard_.reset();
   model_known_ = payload_sent_ = false;
   set_stage(Stage::kConnecting);
@@ -247,6 +242,7 @@ void Driver::lose_connection(const std::string& why) {
   if (stage_ != Stage::kApart) tell("connection lost: " + why);
   for (hw::ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->close();
   wire_fault_ = fault_ = DriverFault::kNotConnected;
+  if (block_) block_->lose(static_cast<std::uint32_t>(DriverFault::kNotConnected));
   may_upload_ = true;
   set_stage(Stage::kApart);
 }
@@ -295,6 +291,7 @@ void Driver::refuse(const Diagnostics& problems) {
     const std::scoped_lock lock(news_mutex_);
     refusal_ = fmt::format("{} ({})", problems_.list().front().message, problems_.list().front().hint);
   }
+  if (block_) block_->lose(static_cast<std::uint32_t>(DriverFault::kRefused));
   tell("refused: " + problems.to_string());
   for (hw::ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->close();
   set_stage(Stage::kRefused);
@@ -479,8 +476,7 @@ void Driver::send(ControlMode mode, const motion::JointSample* state) {
     for (int i = 0; i < 6; ++i) package_[static_cast<std::size_t>(i) + 2][0] = state->q[i] + lead * step[i];
   }
   client_.send(0, package_);
-  if (const std::uint32_t wanted = outputs_wanted_.exchange(0); wanted != 0)
-    client_.send(1, {FieldValue{static_cast<double>(wanted & 0xff)}, FieldValue{static_cast<double>(wanted >> 8)}});
+  if (block_ && block_->take_outputs()) client_.send(1, block_->outputs());
   rtde_link_.send(std::exchange(client_.out(), {}));
   ++counts_.sent;
 }
@@ -501,10 +497,9 @@ void Driver::take_force(std::uint64_t sequence, Nanoseconds instant) {
 }
 
 void Driver::take_terminals() {
-  digital_in_.store(static_cast<std::uint64_t>(value(kDigitalIn)[0]));
-  digital_out_.store(static_cast<std::uint64_t>(value(kDigitalOut)[0]));
-  analog_in_[0].store(value(kAnalogIn0)[0]);
-  analog_in_[1].store(value(kAnalogIn1)[0]);
+  if (block_ == nullptr) return;
+  block_->take(static_cast<std::uint64_t>(value(kDigitalIn)[0]), {value(kAnalogIn0)[0], value(kAnalogIn1)[0]},
+               clock_.now() - options_.transport);
 }
 
 // -- Payload
@@ -536,6 +531,7 @@ std::uint64_t Driver::hash() const {
   hash.add(static_cast<std::uint64_t>(fault_));
   hash.add(static_cast<std::uint64_t>(sequence_));
   hash.add(counts_.packages);
+  if (block_) block_->add_to(hash);
   return hash.value();
 }
 

@@ -17,6 +17,7 @@
 #include "hw/rtde/control_program.h"
 #include "hw/rtde/dashboard_client.h"
 #include "hw/rtde/modes.h"
+#include "hw/rtde/terminals.h"
 #include "hw/wire/byte_link.h"
 
 namespace takt::rtde {
@@ -88,6 +89,7 @@ class Driver : public device::ArmDriver {
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override;
   [[nodiscard]] device::BackendTiming timing() const override;
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return &force_; }
+  [[nodiscard]] device::IoDriver* terminals(const device::IoTerminals& /*machine*/) override { return block_.get(); }
   [[nodiscard]] std::vector<std::string> news() override;
 
   // -- The wire: one thread
@@ -109,15 +111,6 @@ class Driver : public device::ArmDriver {
   /// The arm can be led by hand; only while no net holds it.
   void set_freedrive(bool on) { freedrive_wanted_.store(on); }
 
-  // -- Terminals, of the newest package; any thread
-  // ----------------------------------------------------------------------
-  [[nodiscard]] bool digital_input(int bit) const { return (digital_in_.load() >> bit & 1) != 0; }
-  [[nodiscard]] bool digital_output(int bit) const { return (digital_out_.load() >> bit & 1) != 0; }
-  /// V or A.
-  [[nodiscard]] double analog_input(int i) const { return analog_in_[static_cast<std::size_t>(i)].load(); }
-  /// Standard output 0 to 7; sent with the next package.
-  void set_digital_output(int bit, bool value);
-
  private:
   enum class Stage : std::uint8_t { kApart, kConnecting, kSettingUp, kWaiting, kUploading, kStreaming, kRefused };
   struct ForceBackend final : device::ForceTorqueBackend {
@@ -127,7 +120,7 @@ class Driver : public device::ArmDriver {
     Driver& driver;
   };
 
-  [[nodiscard]] static ClientRequest request_for(const DriverOptions& options);
+  [[nodiscard]] static ClientRequest request_for(const DriverOptions& options, const TerminalBlock* block);
   [[nodiscard]] Nanoseconds now() const { return clock_.read().machine; }
   void set_stage(Stage stage);
   void begin_connecting();
@@ -165,6 +158,7 @@ class Driver : public device::ArmDriver {
   device::ArmAgent agent_;
   device::ForceTorqueAgent force_agent_;
   ForceBackend force_{*this};
+  std::unique_ptr<TerminalBlock> block_;  // null: nobody asked for terminals
   ControlProgram program_;
 
   hw::ByteLink rtde_link_, dashboard_link_, script_link_;
@@ -186,9 +180,6 @@ class Driver : public device::ArmDriver {
   /// Why nothing comes over the wire; kNone while packages do.
   std::atomic<DriverFault> wire_fault_ = DriverFault::kNotConnected;
   std::atomic<bool> held_ = false, brake_ = false, acknowledged_ = false, freedrive_wanted_ = false;
-  std::atomic<std::uint64_t> digital_in_ = 0, digital_out_ = 0;
-  std::array<std::atomic<double>, 2> analog_in_{};
-  std::atomic<std::uint32_t> outputs_wanted_ = 0;  // low byte: mask, next byte: values
   NewestSlot<device::PayloadSetting> payload_slot_;
   bool payload_told_ = false, payload_sent_ = false;
   Nanoseconds payload_since_ = 0;

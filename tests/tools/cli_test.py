@@ -511,6 +511,40 @@ class Doctor(unittest.TestCase):
         self.assertIn("wake-ups", text.stdout)
         self.assertEqual(takt("doctor", "--seconds", "0").returncode, 2)
 
+    def test_wake_ups_of_one_processor(self):
+        one = str(min(os.sched_getaffinity(0)))
+        answer = takt("doctor", "--seconds", "0.2", "--processor", one, "--json")
+        self.assertIn(answer.returncode, (0, 1), answer.stderr)
+        self.assertGreater(json.loads(answer.stdout)["wakeups"]["count"], 0)
+        missing = takt("doctor", "--seconds", "0.2", "--processor", "1023")
+        self.assertEqual(missing.returncode, 2, missing.stdout)
+        self.assertIn("processor 1023", missing.stderr)
+
+
+class Processor(WithFolder):
+    CELL = {"devices": {"arm": {"model": "lwr4plus"}}, "program": {"do": "wait", "seconds": 0.5}}
+
+    def setUp(self):
+        super().setUp()
+        self.file = self.path / "cell.json"
+        self.file.write_text(json.dumps(self.CELL))
+
+    def test_the_cycle_has_one_for_itself(self):
+        usable = os.sched_getaffinity(0)
+        if len(usable) < 2:
+            self.skipTest("one processor")
+        run = takt("run", self.file, "--realtime", "--processor", str(max(usable)), "--json")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        self.assertEqual(json.loads(run.stdout)["realtime"]["processor"], max(usable))
+
+    def test_what_cannot_be_is_refused(self):
+        for arguments, text in ((["--processor", "0"], "--realtime"),
+                                (["--realtime", "--processor", "1023"], "processor 1023"),
+                                (["--realtime", "--processor", "-1"], "--processor")):
+            run = takt("run", self.file, *arguments)
+            self.assertEqual(run.returncode, 2, arguments)
+            self.assertIn(text, run.stderr)
+
 
 if __name__ == "__main__":
     os.environ.pop("TAKT_ROOT", None)

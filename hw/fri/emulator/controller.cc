@@ -18,6 +18,7 @@ using device::ControlMode;
 constexpr Nanoseconds kKrlCycle = 12 * kMillisecond;  // the KRC's interpolation cycle
 constexpr Nanoseconds kStartTimeout = 5 * kSecond;    // of friStart(), ours
 constexpr std::size_t kMostNews = 64;                 // that nobody fetched
+constexpr int kMirrorCycles = 3;                      // until a new place of the arm comes back as a command
 
 /// What a binary32 on the wire keeps of it.
 Joints as_on_wire(const Joints& q) { return q.cast<float>().cast<double>(); }
@@ -86,6 +87,7 @@ void Controller::begin_cycle(Nanoseconds now, const device::ArmSample& machine) 
   begun_ = now;
   look_at_machine(machine);
   if (standing_) {
+    ++held_cycles_;
     judge_answers();
     poll_krl(now);
     if (start_cycles_left_ > 0) try_to_start();
@@ -169,7 +171,8 @@ bool Controller::machine_is_in_mode() const {
 /// State command begins when the remote side answers well enough and commands what the arm does already.
 void Controller::try_to_start() {
   if (--start_cycles_left_ == 0) return fall_back(net::Text("friStart was given up: no good answers in time"));
-  if (stopping_ || !machine_is_in_mode()) return;
+  // The remote side can only mirror what it was told before: not where the arm has begun to be held in this cycle.
+  if (stopping_ || held_cycles_ < kMirrorCycles || !machine_is_in_mode()) return;
   if (window_.quality() == Quality::kUnacceptable || !has_command_) return;
   start_cycles_left_ = 0;
   if (const auto mismatch = start_mismatch()) {
@@ -268,6 +271,10 @@ std::optional<net::Text> Controller::take_compliance() {
         joints ? device::JointVector(command_.damping) : device::JointVector(command_.cartesian_damping);
   if (flags & (joints ? kJointTorque : kCartesianWrench))
     next.feed_forward = joints ? device::JointVector(command_.tau) : device::JointVector(flat(command_.wrench));
+  // Clients command no damping at all where they want torques only: then the arm damps as little as it can.
+  for (Eigen::Index i = 0; i < next.damping_ratio.size(); ++i)
+    if (next.damping_ratio[i] >= 0.0)
+      next.damping_ratio[i] = std::max(next.damping_ratio[i], range.lower.damping_ratio[i]);
   if (const auto wrong = device::find_fault(next, next, range, 1.0)) return wrong;
   compliance_ = next;
   return std::nullopt;
@@ -301,6 +308,7 @@ void Controller::continue_stop() {
 void Controller::stand(const Joints& q) {
   interpolator_.stand(q);
   before_fri_ = as_on_wire(q);
+  held_cycles_ = 0;
 }
 
 // -- What is sent

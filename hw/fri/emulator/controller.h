@@ -113,6 +113,7 @@ class Controller final : private KrlInterface {
   bool power_ = false;
   double safety_limits_ = 0.0;
   int start_cycles_left_ = 0;
+  int held_cycles_ = 0;  // in which the arm has been held where it is now, at least
   QualityWindow window_;
   std::uint16_t sequence_;
   std::array<Sent, 64> sent_{};  // by sequence

@@ -67,7 +67,7 @@ void Controller::run_frame(const PlantSample& plant) {
 }
 
 void Controller::step_motion() {
-  if (!power_.drives_on()) return follow_plant();
+  if (!power_.drives_on() || plant_.stopped) return follow_plant();
   const bool halted = !power_.can_move() || programs_.state() == RuntimeState::kPaused;
   motion_.halt(halted);
   if (const auto problem = motion_.step(settings_.slider, tcp_force())) protective_stop(*problem, 204, 3);
@@ -76,7 +76,7 @@ void Controller::step_motion() {
   update_knots();
 }
 
-/// Without the drives the arm stands where its brakes hold it.
+/// Without the drives the arm stands where its brakes hold it, and so does a machine that has stopped by itself.
 void Controller::follow_plant() {
   const JointVector& held = plant_.held.size() > 0 ? plant_.held : plant_.q;
   motion_.rest_at(held);
@@ -113,7 +113,7 @@ void Controller::power_off() {
 bool Controller::take_motion(int thread) {
   if (thread >= Programs::kFirstSecondary) return false;
   if (motion_thread_ != 0 && motion_thread_ != thread && programs_.alive(motion_thread_) &&
-      !(motion_.at_rest() && motion_.move_done()))
+      !(motion_.commands_rest() && motion_.move_done()))
     return false;
   motion_thread_ = thread;
   return true;

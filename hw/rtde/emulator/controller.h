@@ -34,6 +34,7 @@ struct PlantSample {
   JointVector q, dq;
   JointVector tau_external;  ///< Nm; size 0: no estimate
   JointVector held;          ///< where the drives hold the joints; size 0: not known, then at `q`
+  bool stopped = false;      ///< the machine has stopped by itself and follows nothing
 };
 
 /// What programs and clients set, beside terminals and registers.

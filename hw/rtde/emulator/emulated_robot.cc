@@ -31,20 +31,34 @@ void EmulatedRobot::serve(Nanoseconds now) {
       controller_->skip_frame();
       continue;
     }
-    controller_->run_frame({sample_.q, sample_.dq, sample_.tau_external, sample_.commanded});
+    controller_->run_frame({sample_.q, sample_.dq, sample_.tau_external, sample_.commanded, plant_stopped_});
     if (front_ != nullptr) front_->end_frame();
   }
   follow_power();
+  follow_plant();
+}
+
+/// A machine that has stopped by itself, pushed or at the end of its range, is a protective stop. Who unlocks that has
+/// looked at the machine.
+void EmulatedRobot::follow_plant() {
+  if (!has_sample_ || braked_) return;
+  const bool stopped = !sample_.ready, reset = plant_stopped_ && controller_->power().can_move();
+  if (stopped && reset && open_brakes) open_brakes();
+  if (stopped && (!plant_stopped_ || (reset && !open_brakes)))
+    controller_->protective_stop(plant_->fault_text(sample_.fault));
+  plant_stopped_ = stopped;
 }
 
 void EmulatedRobot::follow_power() {
   const bool on = controller_->power().drives_on();
   if (!on && !braked_ && close_brakes) close_brakes();
   if (on && braked_ && open_brakes) open_brakes();
+  if (on && braked_) plant_stopped_ = true;  // until it says that it is ready
   braked_ = !on;
 }
 
 void EmulatedRobot::tell(std::int64_t cycle, Nanoseconds now) {
+  if (terminals_) terminals_->write_outputs(controller_->io());
   if (!has_sample_ || !sample_.ready || !controller_->power().drives_on() || controller_->frame() == 0) return;
   const motion::JointSample state =
       device::interpolate(controller_->told(), controller_->told_next(), to_seconds(controller_->cycle()),

@@ -2,11 +2,14 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "core/device/backend.h"
 #include "core/emulation/device_clock.h"
 #include "hw/rtde/emulator/controller.h"
 #include "hw/rtde/emulator/front.h"
+#include "hw/rtde/emulator/wired_terminals.h"
 
 namespace takt::rtde {
 
@@ -30,12 +33,20 @@ class EmulatedRobot {
     tell(cycle, now);
   }
   /// Reads the arm.
-  void look() { has_sample_ = plant_->read(sample_); }
+  void look() {
+    has_sample_ = plant_->read(sample_);
+    if (terminals_) terminals_->read_inputs(controller_->io());
+  }
   /// Takes what clients have sent, runs the frames that are due, and sends. May be called at any time. While the arm
   /// gives no sample the frames pass without anything being done or sent.
   void serve(Nanoseconds now);
   /// Tells the arm where to be.
   void tell(std::int64_t cycle, Nanoseconds now);
+  /// What is behind its terminals: inputs are read with the arm, outputs written when it is told where to be.
+  /// @param io  of a block that refuse_terminals() accepts. Realtime: setup.
+  void set_terminals(const device::IoDescription& io, device::IoTerminals machine) {
+    terminals_.emplace(io, std::move(machine));
+  }
   /// When the next frame is due, on the machine's clock.
   [[nodiscard]] Nanoseconds next_frame() const { return clock_.to_core(next_frame_ * controller_->cycle()); }
 
@@ -49,6 +60,7 @@ class EmulatedRobot {
 
  private:
   void follow_power();
+  void follow_plant();
 
   ControllerOptions options_;
   std::shared_ptr<const device::ArmDescription> arm_;
@@ -59,9 +71,10 @@ class EmulatedRobot {
   std::unique_ptr<Front> front_;
   std::uint32_t host_ = 0;
   device::ArmSample sample_;
-  bool has_sample_ = false, braked_ = false;
+  bool has_sample_ = false, braked_ = false, plant_stopped_ = false;
   std::int64_t next_frame_;      // number of the device's cycle
   Nanoseconds frame_begin_ = 0;  // of the newest frame, on the device's clock
+  std::optional<WiredTerminals> terminals_;
 };
 
 }  // namespace takt::rtde

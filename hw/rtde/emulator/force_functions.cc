@@ -17,8 +17,9 @@ constexpr double kContactForce = 15.0;  // N, that tool_contact() takes for a co
 // force_mode(): kinds of frames. Only 2, the frame as it is given, is told apart here.
 constexpr int kFirstKind = 1, kLastKind = 3;
 
+/// Compliance belongs to no thread: another one may move meanwhile.
 Outcome force_mode(Controller& c, const Arguments& a) {
-  if (!c.take_motion(a.thread())) return Failed{"another thread is already controlling the robot"};
+  if (a.thread() >= Programs::kFirstSecondary) return Failed{"a secondary program cannot move the robot"};
   ForceTask task;
   task.X_BTask = to_isometry(a.pose(0));
   const auto selection = a.numbers(1, 6), wrench = a.numbers(2, 6), limits = a.numbers(4, 6);

@@ -53,6 +53,8 @@ Motion::Motion(std::shared_ptr<const device::ArmDescription> arm, double period)
 
 bool Motion::at_rest() const { return dq_.cwiseAbs().maxCoeff() < kAtRest; }
 
+bool Motion::commands_rest() const { return (dq_ - force_dq_).cwiseAbs().maxCoeff() < kAtRest; }
+
 void Motion::rest_at(const JointVector& q) {
   q_ = q;
   dq_ = force_dq_ = offset_ = JointVector::Zero(q.size());
@@ -68,7 +70,7 @@ void Motion::rest_at(const JointVector& q) {
 
 std::optional<std::string> Motion::move(const MoveRequest& request) {
   const bool blends = !tracks_.empty() && std::holds_alternative<Idle>(activity_);
-  if (!blends && !at_rest()) {
+  if (!blends && !commands_rest()) {
     stop(std::max(request.acceleration, kDeceleration));
     waiting_ = request;
     return std::nullopt;
@@ -261,10 +263,8 @@ void Motion::begin_stop(double share) {
   activity_ = Stop{share, dq_};
 }
 
-void Motion::set_force_task(const std::optional<ForceTask>& task) {
-  force_task_ = task;
-  if (!task) force_dq_.setZero();
-}
+/// The velocity of a task that ends fades out.
+void Motion::set_force_task(const std::optional<ForceTask>& task) { force_task_ = task; }
 
 /// What compliance has added becomes part of the position.
 void Motion::fold() {
@@ -275,7 +275,7 @@ void Motion::fold() {
 // ---------------------------------------------------------------------------------------------------------
 
 std::optional<std::string> Motion::step(double speed, const Vector6& wrench_B) {
-  if (waiting_ && at_rest()) {
+  if (waiting_ && commands_rest()) {
     const MoveRequest request = *std::exchange(waiting_, std::nullopt);
     if (auto problem = begin(request)) return problem;
   }
@@ -321,10 +321,14 @@ JointVector Motion::next_velocity(double speed) {
                    return JointVector(base + share * (goal - base));
                  },
                  [&](Stop& command) {
-                   const JointVector lost = command.share * command.dq;
+                   // A joint that stood when the stop began loses what else moves it.
+                   JointVector lost = command.share * command.dq;
                    JointVector next = base;
-                   for (int i = 0; i < next.size(); ++i)
+                   for (int i = 0; i < next.size(); ++i) {
+                     if (std::abs(command.dq[i]) < kAtRest)
+                       lost[i] = std::copysign(period_ * limits_.acceleration[i], base[i]);
                      next[i] = std::abs(lost[i]) >= std::abs(base[i]) ? 0.0 : base[i] - lost[i];
+                   }
                    return next;
                  }},
       activity_);
@@ -350,9 +354,8 @@ JointVector Motion::limited(JointVector dq) const {
   return dq;
 }
 
-void Motion::step_force(const Vector6& wrench_B) {
-  if (!force_task_) return;
-  const ForceTask& task = *force_task_;
+/// The velocity with which a compliant axis gives way.
+JointVector Motion::force_velocity(const ForceTask& task, const Vector6& wrench_B) const {
   const Eigen::Matrix3d R = task.in_tool_axes ? kinematics_.X_BT(q_).linear().eval() : task.X_BTask.linear().eval();
   Vector6 V_Task, V_B;
   Vector6 felt;
@@ -361,13 +364,17 @@ void Motion::step_force(const Vector6& wrench_B) {
     const double gain = task.gain * (i < 3 ? kForceGain : kTorqueGain);
     // What the tool exerts is the opposite of what it feels.
     const double wanted = gain * (task.wrench[i] + felt[i]);
-    V_Task[i] = task.compliant[static_cast<std::size_t>(i)] && !halted_
-                    ? std::clamp(wanted, -task.limits[i], task.limits[i])
-                    : 0.0;
+    V_Task[i] = task.compliant[static_cast<std::size_t>(i)] ? std::clamp(wanted, -task.limits[i], task.limits[i]) : 0.0;
   }
   V_B << R * V_Task.head<3>(), R * V_Task.tail<3>();
-  const JointVector want = limited(kinematics_.rates(q_, V_B));
+  return limited(kinematics_.rates(q_, V_B));
+}
+
+void Motion::step_force(const Vector6& wrench_B) {
+  JointVector want = JointVector::Zero(q_.size());
+  if (force_task_ && !halted_) want = force_velocity(*force_task_, wrench_B);
   force_dq_ += std::min(1.0, period_ / kForceTime) * (want - force_dq_);
+  if (want.isZero() && force_dq_.cwiseAbs().maxCoeff() < kAtRest) force_dq_.setZero();
   q_ += period_ * force_dq_;
   offset_ += period_ * force_dq_;
 }

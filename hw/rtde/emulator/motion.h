@@ -51,6 +51,8 @@ class Motion {
   [[nodiscard]] const JointVector& q() const { return q_; }
   [[nodiscard]] const JointVector& dq() const { return dq_; }
   [[nodiscard]] bool at_rest() const;
+  /// The same, but for what compliance adds.
+  [[nodiscard]] bool commands_rest() const;
 
   /// Holds the joints there; all commands are dropped.
   void rest_at(const JointVector& q);
@@ -124,6 +126,7 @@ class Motion {
   [[nodiscard]] JointVector servo_velocity(const Servo& servo) const;
   [[nodiscard]] JointVector towards(const JointVector& dq, double acceleration) const;
   [[nodiscard]] JointVector limited(JointVector dq) const;
+  [[nodiscard]] JointVector force_velocity(const ForceTask& task, const Vector6& wrench_B) const;
   void step_force(const Vector6& wrench_B);
   [[nodiscard]] std::optional<std::string> check() const;
 

@@ -62,10 +62,19 @@ class SocketEmulator final : public device::ControllerEmulator {
  public:
   SocketEmulator(const RtdeSettings& settings, const device::DriverRequest& request,
                  std::shared_ptr<device::ArmBackend> machine)
-      : period_(request.core_period), robot_(settings.controller, request.description, std::move(machine), network_) {}
+      : period_(request.core_period),
+        block_(request.terminals),
+        robot_(settings.controller, request.description, std::move(machine), network_) {}
   [[nodiscard]] Result<void> listen(std::uint32_t host) { return robot_.listen(host); }
 
   void advance(Nanoseconds now) override { robot_.step(now / period_, now); }
+  void set_brakes(std::function<void()> close, std::function<void()> open) override {
+    robot_.close_brakes = std::move(close);
+    robot_.open_brakes = std::move(open);
+  }
+  void set_terminals(const device::IoTerminals& machine) override {
+    if (block_ != nullptr) robot_.set_terminals(*block_, machine);
+  }
   [[nodiscard]] std::vector<std::string> news() override {
     std::vector<std::string> lines;
     const EventLog& events = robot_.controller().events();
@@ -78,6 +87,7 @@ class SocketEmulator final : public device::ControllerEmulator {
 
  private:
   Nanoseconds period_;
+  std::shared_ptr<const device::IoDescription> block_;
   hw::PosixNetwork network_;
   EmulatedRobot robot_;
   std::uint64_t next_event_ = 0;
@@ -89,6 +99,7 @@ class RtdeKind final : public device::ArmDriverKind {
 
   std::shared_ptr<const device::DriverSettings> read(ObjectReader& reader) const override;
   std::string refuse(const device::DriverSettings& settings, const device::ArmDescription& arm) const override;
+  std::string refuse_terminals(const device::IoDescription& io) const override { return rtde::refuse_terminals(io); }
   Nanoseconds cycle(const device::DriverSettings& settings, const device::ArmDescription&) const override {
     return own(settings).driver.cycle();
   }

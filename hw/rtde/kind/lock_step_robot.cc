@@ -18,6 +18,7 @@ LockStepRobot::LockStepRobot(const DriverOptions& options, const ControllerOptio
                              hw::Network* sockets)
     : options_(options),
       period_(request.core_period),
+      block_(request.terminals),
       machine_(std::move(machine)),
       network_(clock_, request.seed, faults),
       on_sockets_(sockets != nullptr),
@@ -27,6 +28,11 @@ LockStepRobot::LockStepRobot(const DriverOptions& options, const ControllerOptio
 bool LockStepRobot::read(device::ArmSample& sample) {
   pass_cycle();
   return driver_.read(sample);
+}
+
+device::IoDriver* LockStepRobot::terminals(const device::IoTerminals& machine) {
+  if (block_ != nullptr) robot_.set_terminals(*block_, machine);
+  return driver_.terminals(machine);
 }
 
 void LockStepRobot::pass_cycle() { advance(++cycle_ * period_); }

@@ -30,6 +30,7 @@ class LockStepRobot final : public device::ArmDriver {
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override { return driver_.fault_text(fault); }
   [[nodiscard]] device::BackendTiming timing() const override { return driver_.timing(); }
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return driver_.force_torque(); }
+  [[nodiscard]] device::IoDriver* terminals(const device::IoTerminals& machine) override;
   [[nodiscard]] std::vector<std::string> news() override { return driver_.news(); }
   [[nodiscard]] std::span<const std::byte> state() const override { return state_.bytes(); }
 
@@ -47,6 +48,7 @@ class LockStepRobot final : public device::ArmDriver {
 
   DriverOptions options_;
   Nanoseconds period_;
+  std::shared_ptr<const device::IoDescription> block_;  // null: nobody asked for terminals
   std::shared_ptr<device::ArmBackend> machine_;
   VirtualClock clock_;
   hw::VirtualNetwork network_;

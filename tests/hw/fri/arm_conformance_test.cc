@@ -1,6 +1,7 @@
 // The FRI driver in front of an emulated controller, in process and in virtual time, under the suite that every arm
 // must pass.
 #include "tests/support/arm_conformance.h"
+#include "tests/hw/fri/log_rig.h"
 #include "tests/hw/fri/socket_rig.h"
 #include "tests/hw/fri/twin_rig.h"
 
@@ -41,6 +42,23 @@ TwinOptions with_krl(const std::string& convention) {
   options.client.krl = options.controller.krl = convention;
   return options;
 }
+
+/// What was written down of a test is played to a second driver, which has to do the same to the bit.
+ArmUnderTest on_a_log(const std::string& name, const hw::VirtualFaults& faults) {
+  return {name, [faults] { return std::make_unique<FriLogRig>(faults); }};
+}
+
+const hw::VirtualFaults kIdealWire{.wire = {.transport = 100'000}};
+const hw::VirtualFaults kBadWire{.wire = {.transport = 100'000,
+                                          .jitter = 300'000,
+                                          .loss = 0.01,
+                                          .repeat = 0.02,
+                                          .reorder = 0.01,
+                                          .hold_back = 1'500'000}};
+
+INSTANTIATE_TEST_SUITE_P(FriLog, ArmConformance,
+                         testing::Values(on_a_log("Recorded", kIdealWire), on_a_log("RecordedWithLosses", kBadWire)),
+                         name_of_case);
 
 INSTANTIATE_TEST_SUITE_P(FriTwin, ArmConformance,
                          testing::Values(twin("Ideal", {}), twin("1ms", with_cycle(kMillisecond)),

@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/device/device_file.h"
+#include "core/kinematics/chain.h"
 #include "hw/wire/posix_network.h"
 #include "tests/hw/fri/twin_bench.h"
 
@@ -188,6 +190,64 @@ TEST(FriDriver, ItsThreadAnswersAndAsksForMonitorStateWhenItEnds) {
   for (int i = 0; i < 100; ++i) emulate();
   EXPECT_EQ(emulator.controller().state(), State::kMonitor);
   EXPECT_EQ(emulator.controller().fallbacks(), 0u) << "it was asked for";
+}
+
+/// A twin around a model's arm that stands at home, with a tool that is turned and off the flange's axis.
+struct WrenchBench {
+  explicit WrenchBench(bool task_frame_is_tool) {
+    TwinOptions options;
+    options.client.task_frame_is_tool = options.controller.task_frame_is_tool = task_frame_is_tool;
+    machine->state().tau_external = device::JointVector::Zero(hw::fri::kJoints);
+    twin = std::make_unique<hw::fri::Twin>(device::DriverRequest{.device = "arm", .description = lwr, .seed = 3},
+                                           options, machine);
+    Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
+    X_FT.translate(Eigen::Vector3d(0.05, -0.02, 0.2)).rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX()));
+    twin->set_tool({.X_FT = X_FT, .payload = {}});
+    cycles(50);
+  }
+  void cycles(int count) {
+    device::ArmSample ignored;
+    for (int i = 0; i < count; ++i) (void)twin->read(ignored);
+  }
+  device::WrenchSample sample() {
+    device::WrenchSample out;
+    EXPECT_TRUE(twin->force_torque()->read(out));
+    return out;
+  }
+
+  std::shared_ptr<const device::ArmDescription> lwr = *device::read_arm("models/lwr4plus");
+  std::shared_ptr<FakeArm> machine = std::make_shared<FakeArm>(lwr->home);
+  std::unique_ptr<hw::fri::Twin> twin;
+};
+
+// The controller sends it about its own tool centre point, in axes of $STIFFNESS.TASKFRAME, torques backwards.
+TEST(FriClient, TheWrenchOfTheControllerIsASensorInTheFlange) {
+  for (const bool task_frame_is_tool : {false, true}) {
+    WrenchBench bench(task_frame_is_tool);
+    Eigen::Isometry3d X_BF;
+    kinematics::Jacobian J;
+    bench.lwr->chain->jacobian(bench.lwr->home, X_BF, J);
+    kinematics::Vector6 at_flange;
+    at_flange << 12.0, -7.0, 20.0, 0.5, -0.4, 0.3;
+    bench.machine->state().tau_external = J.transpose() * at_flange;
+    bench.cycles(20);
+    const device::WrenchSample felt = bench.sample();
+    const Eigen::Matrix3d R_FB = X_BF.linear().transpose();
+    EXPECT_LE((felt.wrench.force - R_FB * at_flange.head<3>()).norm(), 1e-3) << task_frame_is_tool;
+    EXPECT_LE((felt.wrench.torque - R_FB * at_flange.tail<3>()).norm(), 1e-3) << task_frame_is_tool;
+  }
+}
+
+TEST(FriClient, TheWrenchComesAgainFromAControllerThatCountsAnew) {
+  WrenchBench bench(false);
+  const device::WrenchSample before = bench.sample();
+  bench.cycles(10);
+  EXPECT_EQ(bench.sample().sequence, before.sequence + 10);
+  bench.twin->restart_controller();
+  bench.cycles(1500);  // it speaks from another port, which is believed once the old one has been silent for a second
+  const device::WrenchSample after = bench.sample();
+  EXPECT_GT(after.sequence, before.sequence + 100);
+  EXPECT_GT(after.stamp, before.stamp + 150 * kMillisecond);
 }
 
 }  // namespace

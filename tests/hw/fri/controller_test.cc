@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,7 +37,7 @@ class ControllerBench {
     for (std::string& line : controller.news()) news += line + "\n";
     now += period;
     machine.q = controller.at(now).q;
-    machine.mode = controller.mode();
+    machine.mode = mode.value_or(controller.mode());
     const Measurement* m = controller.measurement();
     if (m == nullptr) return;
     measured = *m;
@@ -72,6 +73,7 @@ class ControllerBench {
   Measurement measured;
   Command command;
   bool answers = true, free = false;
+  std::optional<device::ControlMode> mode;  ///< in which the machine stays
   std::string news;
 };
 
@@ -103,6 +105,26 @@ TEST(FriController, CommandStateWaitsForTheQuality) {
   EXPECT_EQ(bench.measured.state, State::kCommand);
   EXPECT_EQ(bench.measured.power, kAllDrives);
   EXPECT_EQ(bench.measured.control, Control::kPosition);
+}
+
+// An arm that was compliant is not where it was told to be. Position control begins where it is, and the remote side,
+// which mirrors what it heard a cycle ago, does not know that yet.
+TEST(FriController, CommandStateWaitsUntilTheRemoteSideMirrorsWhereTheArmIs) {
+  ControllerBench bench;
+  bench.mode = bench.machine.mode = device::ControlMode::kCartesianImpedance;
+  bench.command.flags = kPositionFlags;
+  bench.cycles(150);
+  bench.ask(State::kCommand);
+  bench.cycles(50);
+  ASSERT_EQ(bench.measured.state, State::kMonitor) << "the machine is not in position control";
+  bench.mode = bench.machine.mode = device::ControlMode::kPosition;
+  bench.machine.commanded = (bench.machine.q.array() + 1e-3).matrix();
+  bench.cycle();
+  bench.machine.commanded.resize(0);
+  bench.cycles(20);
+  EXPECT_EQ(bench.measured.state, State::kCommand) << bench.news;
+  EXPECT_EQ(bench.controller.fallbacks(), 0u) << bench.news;
+  EXPECT_NEAR(bench.controller.at(bench.now).q[0], 0.101, 1e-6);
 }
 
 TEST(FriController, TheOffsetCarriesTheCommandAndTheSumIsContinuous) {
@@ -227,6 +249,21 @@ TEST(FriController, JointImpedanceTakesWhatIsFlaggedAndKrlsDefaultsElse) {
   EXPECT_EQ(bench.controller.compliance().damping_ratio[4], 0.2);
   EXPECT_EQ(bench.controller.compliance().feed_forward[6], 5.0);
   EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
+  bench.command.damping.setZero();
+  bench.cycles(2);
+  EXPECT_EQ(bench.measured.state, State::kCommand) << "as clients that command torques do";
+  EXPECT_EQ(bench.controller.compliance().damping_ratio[4], bench.arm->impedance.joint.lower.damping_ratio[4]);
+  bench.command.damping[0] = -0.1;
+  bench.cycles(2);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "no damping is negative";
+}
+
+TEST(FriController, AStiffnessBeyondWhatTheDeviceAllowsEndsCommandState) {
+  ControllerBench bench;
+  bench.start(Control::kJointImpedance, kJointPosition | kJointStiffness);
+  bench.command.stiffness.setConstant(300.0);
+  bench.cycles(2);
+  EXPECT_EQ(bench.measured.state, State::kCommand);
   bench.command.stiffness[0] = 2500.0;
   bench.cycles(2);
   EXPECT_EQ(bench.measured.state, State::kMonitor) << "beyond what the device allows";

@@ -2,6 +2,9 @@
 // fails.
 #include "hw/rtde/driver.h"
 
+#include <algorithm>
+#include <cstdlib>
+
 #include <gmock/gmock.h>
 
 #include "core/device/arm.h"
@@ -20,11 +23,12 @@ using testing::HasSubstr;
 /// A core with one arm: the driver, the wire and the controller around an ideal arm.
 class DriverBench {
  public:
-  explicit DriverBench(const DriverOptions& options = {}, const ControllerOptions& controller = {})
+  explicit DriverBench(const DriverOptions& options = {}, const ControllerOptions& controller = {},
+                       const hw::VirtualFaults& faults = {.wire = {.transport = 100'000, .jitter = 200'000}})
       : ideal(std::make_shared<test::FakeArm>(test::ur5()->home)),
         robot(std::make_shared<LockStepRobot>(
             options, controller, device::DriverRequest{.device = "arm", .description = test::ur5(), .seed = 3}, ideal,
-            hw::VirtualFaults{.wire = {.transport = 100'000, .jitter = 200'000}})),
+            faults)),
         arm("arm", test::ur5(), robot, kMillisecond) {
     ideal->keep = false;
     EXPECT_TRUE(robot->begin());
@@ -152,6 +156,22 @@ TEST(RtdeDriver, AShortSilenceIsBridged) {
   EXPECT_GT(bench.speed(), 0.01);
 }
 
+/// TCP loses nothing: what is lost on the cable comes late. TAKT_LOSS_MINUTES=60 makes it an hour.
+TEST(RtdeDriver, PackagesThatAreLateByUpToTheMarginStopNothing) {
+  DriverOptions options;
+  options.margin = 6 * kMillisecond;
+  DriverBench bench(options, {}, {.wire = {.transport = 100'000, .jitter = 6 * kMillisecond}, .stream_piece = 40});
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  const char* minutes = std::getenv("TAKT_LOSS_MINUTES");
+  const std::int64_t end = bench.k + 60'000 * (minutes != nullptr ? std::max(1, std::atoi(minutes)) : 1);
+  while (bench.k < end && !bench.arm.lost()) bench.run(1000);
+  EXPECT_FALSE(bench.arm.lost()) << bench.fault() << " at " << bench.k << " ms";
+  EXPECT_TRUE(bench.swinging);
+  EXPECT_TRUE(bench.trips.empty()) << bench.trips.front();
+  EXPECT_EQ(bench.robot->driver().counts().uploads, 1u);
+}
+
 TEST(RtdeDriver, AControllerThatRestartsMovesNothing) {
   DriverBench bench;
   ASSERT_TRUE(bench.wait_until_ready());
@@ -177,6 +197,31 @@ TEST(RtdeDriver, AProtectiveStopIsReportedAndResetAtTheRobot) {
   EXPECT_TRUE(bench.arm.lost());
   EXPECT_TRUE(bench.controller().power().unlock());
   bench.run(500);
+  expect_rest_then_motion(bench);
+}
+
+// Something was pushed: the machine stops by itself, and its controller says so until somebody has looked at it.
+TEST(RtdeDriver, AMachineThatStopsByItselfIsAProtectiveStopOfItsController) {
+  DriverBench bench;
+  int opened = 0;
+  bench.robot->robot().open_brakes = [&] {
+    ++opened;
+    bench.ideal->state().ready = true;
+  };
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(500);
+  bench.ideal->brake();
+  bench.run(200);
+  EXPECT_THAT(bench.fault(), HasSubstr("protective stop"));
+  EXPECT_EQ(bench.controller().power().safety(), SafetyMode::kProtectiveStop);
+  const auto stands = bench.ideal->state().q;
+  bench.run(6000);
+  EXPECT_EQ(opened, 0) << "nobody has looked yet";
+  ASSERT_TRUE(bench.controller().power().unlock());
+  bench.run(100);
+  EXPECT_GE(opened, 1);
+  EXPECT_LE((bench.ideal->state().q - stands).cwiseAbs().maxCoeff(), 1e-9) << "it is taken over where it stands";
   expect_rest_then_motion(bench);
 }
 
@@ -289,23 +334,6 @@ TEST(RtdeDriver, ThePayloadIsTheOneThatWasTold) {
   bench.controller().settings().payload = 4.0;
   bench.run(100);
   EXPECT_THAT(bench.fault(), HasSubstr("another payload"));
-}
-
-TEST(RtdeDriver, TerminalsGoBothWays) {
-  DriverBench bench;
-  ASSERT_TRUE(bench.wait_until_ready());
-  bench.controller().io().digital_in = 0b1001;
-  bench.controller().io().analog_in[1] = 2.5;
-  bench.robot->driver().set_digital_output(2, true);
-  bench.run(50);
-  EXPECT_TRUE(bench.robot->driver().digital_input(0) && bench.robot->driver().digital_input(3));
-  EXPECT_FALSE(bench.robot->driver().digital_input(1));
-  EXPECT_EQ(bench.robot->driver().analog_input(1), 2.5);
-  EXPECT_TRUE(bench.controller().io().digital_output(2));
-  EXPECT_TRUE(bench.robot->driver().digital_output(2));
-  bench.robot->driver().set_digital_output(2, false);
-  bench.run(50);
-  EXPECT_FALSE(bench.controller().io().digital_output(2));
 }
 
 TEST(RtdeDriver, TheForceAtTheToolIsASensor) {

@@ -155,6 +155,47 @@ TEST_F(UrProgram, ForceModeGivesWay) {
   EXPECT_NEAR(bench.plant.dq.cwiseAbs().maxCoeff(), 0.0, 1e-9);
 }
 
+// The stop of the jog before leaves no velocity for later.
+TEST_F(UrProgram, AfterFreedriveTheArmStands) {
+  ASSERT_TRUE(bench.controller.programs().start(
+      "def go():\n  speedl([0, 0, 0.02, 0, 0, 0], 0.5, 0.3)\n  stopl(1.2)\n  freedrive_mode()\n  sleep(0.5)\n"
+      "  end_freedrive_mode()\n  while True:\n    sync()\n  end\nend\n"));
+  bench.seconds(0.6);
+  bench.plant.tau_external[3] = 5.0;  // a hand
+  bench.seconds(0.3);
+  EXPECT_GT(std::abs(bench.plant.dq[3]), 0.01) << "it is led";
+  bench.seconds(1.0);
+  const JointVector stands = bench.plant.q;
+  bench.seconds(2.0);
+  EXPECT_EQ(bench.plant.q, stands);
+}
+
+TEST_F(UrProgram, AProtectiveStopEndsFreedrivesMotion) {
+  ASSERT_TRUE(bench.controller.programs().start("def go():\n  freedrive_mode()\n  sleep(10)\nend\n"));
+  bench.plant.tau_external[3] = 5.0;
+  bench.seconds(0.5);
+  EXPECT_GT(std::abs(bench.plant.dq[3]), 0.01);
+  bench.controller.protective_stop("test");
+  bench.seconds(1.0);
+  const JointVector stands = bench.plant.q;
+  bench.seconds(1.0);
+  EXPECT_EQ(bench.plant.q, stands);
+}
+
+TEST_F(UrProgram, OneThreadIsCompliantWhileAnotherMoves) {
+  ASSERT_TRUE(bench.controller.programs().start(
+      "def go():\n  thread force():\n    while True:\n"
+      "      force_mode(p[0,0,0,0,0,0], [0,0,1,0,0,0], [0,0,-10,0,0,0], 2, [0.1,0.1,0.05,0.5,0.5,0.5])\n      sync()\n"
+      "    end\n  end\n  h = run force()\n  sync()\n  movel(pose_add(get_actual_tcp_pose(), p[0,0.05,0,0,0,0]))\n"
+      "  kill h\n  end_force_mode()\n  textmsg(\"moved\")\nend\n"));
+  const Eigen::Vector3d before = bench.controller.motion().kinematics().X_BT(bench.plant.q).translation();
+  bench.seconds(3.0);
+  const Eigen::Vector3d way = bench.controller.motion().kinematics().X_BT(bench.plant.q).translation() - before;
+  EXPECT_EQ(text(), "moved") << bench.last(Kind::kRuntimeException);
+  EXPECT_NEAR(way.y(), 0.05, 1e-3);
+  EXPECT_LT(way.z(), -0.005) << "2 mm/s a newton, meanwhile";
+}
+
 TEST_F(UrProgram, PausedMovesGoOnWhereTheyWere) {
   ASSERT_TRUE(bench.controller.programs().start(
       "movej([1, -1.745329, -1.570796, -1.396263, 1.570796, 1.570796], a=1, v=0.5)\n"));
