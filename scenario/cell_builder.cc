@@ -472,7 +472,9 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   built.cell.override_channel = speed.name;
   built.cell.frames = std::move(frames.believed);
   built.start = std::move(frames.truth);
-  for (const auto& device : devices) device->kind->add(*device, devices, built);
+  for (const bool last : {false, true})
+    for (const auto& device : devices)
+      if (built.site->wired_last(device->entry->name) == last) device->kind->add(*device, devices, built);
   add_tools(devices, built.cell, diagnostics);
   activity::see_flanges(built.cell);
   diagnostics.append(built.site->problems());

@@ -49,24 +49,44 @@ Result<std::unique_ptr<EmulationRun>> EmulationRun::create(Description descripti
   return run;
 }
 
-Result<std::unique_ptr<device::ControllerEmulator>> EmulationRun::emulator_of(const std::string& name,
-                                                                              const Binding& binding,
+/// An arm's controller, with the block that has its terminals, if there is one.
+Result<std::unique_ptr<device::ControllerEmulator>> EmulationRun::arm_emulator(const std::string& name,
+                                                                               const Site& site, LoadedDevices devices,
+                                                                               std::uint64_t seed) {
+  const Binding& binding = site.devices.at(name);
+  const auto& kind = dynamic_cast<const device::ArmDriverKind&>(*device::DriverKinds::global().find(binding.kind));
+  const auto refused = [&](const std::string& why) { return failure(Code::kIncompatible, {}, name_and(name, why)); };
+  const auto arm = built_.cell.arms.find(name);
+  if (arm == built_.cell.arms.end()) return failure(Code::kUnknownName, {}, fmt::format("there is no arm '{}'", name));
+  auto model = std::make_shared<const device::ArmDescription>(arm->second.device->description());
+  if (const std::string why = kind.refuse(*binding.driver, *model); !why.empty()) return refused(why);
+  const auto block = std::ranges::find_if(devices, [&](const auto& device) {
+    const Binding* of = site.find(device->entry->name);
+    return of && of->kind == kTerminals && of->of == name;
+  });
+  device::DriverRequest request{name, model, built_.core->period(), 0, seed};
+  if (block != devices.end()) {
+    request.terminals = (*block)->as<device::IoDescription>();
+    if (!request.terminals) return refused(fmt::format("'{}' is no I/O block", (*block)->entry->name));
+    if (const std::string why = kind.refuse_terminals(*request.terminals); !why.empty()) return refused(why);
+  }
+  auto emulator = kind.emulate(*binding.driver, request, built_.borrowed<device::ArmBackend>(built_.world->arm(name)));
+  if (!emulator) return emulator;
+  (*emulator)->set_tool(arm->second.device->tool());
+  (*emulator)->set_brakes([this, name] { built_.world->arm(name)->brake(); },
+                          [this, name] { built_.world->arm(name)->release_brakes(); });
+  if (request.terminals) (*emulator)->set_terminals(simulated_terminals(*(*block)->entry, *request.terminals, built_));
+  return emulator;
+}
+
+Result<std::unique_ptr<device::ControllerEmulator>> EmulationRun::emulator_of(const std::string& name, const Site& site,
                                                                               LoadedDevices devices,
                                                                               std::uint64_t seed) {
+  const Binding& binding = site.devices.at(name);
   const device::DriverKind* found = device::DriverKinds::global().find(binding.kind);
   const Nanoseconds period = built_.core->period();
   const auto refused = [&](const std::string& why) { return failure(Code::kIncompatible, {}, name_and(name, why)); };
-  if (const auto* arms = dynamic_cast<const device::ArmDriverKind*>(found)) {
-    const auto arm = built_.cell.arms.find(name);
-    if (arm == built_.cell.arms.end())
-      return failure(Code::kUnknownName, {}, fmt::format("there is no arm '{}'", name));
-    auto model = std::make_shared<const device::ArmDescription>(arm->second.device->description());
-    if (const std::string why = arms->refuse(*binding.driver, *model); !why.empty()) return refused(why);
-    auto emulator = arms->emulate(*binding.driver, {name, model, period, 0, seed},
-                                  built_.borrowed<device::ArmBackend>(built_.world->arm(name)));
-    if (emulator) (*emulator)->set_tool(arm->second.device->tool());
-    return emulator;
-  }
+  if (dynamic_cast<const device::ArmDriverKind*>(found)) return arm_emulator(name, site, devices, seed);
   if (const auto* grippers = dynamic_cast<const device::GripperDriverKind*>(found)) {
     const auto gripper = built_.cell.grippers.find(name);
     if (gripper == built_.cell.grippers.end())
@@ -89,7 +109,7 @@ Diagnostics EmulationRun::add_emulators(const Site& site, LoadedDevices devices,
   Diagnostics diagnostics;
   for (const auto& [name, binding] : site.devices) {
     if (!on_a_wire(binding)) continue;
-    auto emulator = emulator_of(name, binding, devices, seed);
+    auto emulator = emulator_of(name, site, devices, seed);
     if (!emulator) {
       diagnostics.append(emulator.error(), binding.pointer);
       continue;

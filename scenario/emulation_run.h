@@ -41,9 +41,12 @@ class EmulationRun {
   explicit EmulationRun(BuiltCell built) : built_(std::move(built)) {}
   [[nodiscard]] Diagnostics add_emulators(const Site& site, LoadedDevices devices, std::uint64_t seed);
   [[nodiscard]] Result<std::unique_ptr<device::ControllerEmulator>> emulator_of(const std::string& name,
-                                                                                const Binding& binding,
-                                                                                LoadedDevices devices,
+                                                                                const Site& site, LoadedDevices devices,
                                                                                 std::uint64_t seed);
+  [[nodiscard]] Result<std::unique_ptr<device::ControllerEmulator>> arm_emulator(const std::string& name,
+                                                                                 const Site& site,
+                                                                                 LoadedDevices devices,
+                                                                                 std::uint64_t seed);
   void tell_news(const Options& options);
 
   struct Emulated {

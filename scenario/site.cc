@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -70,6 +71,7 @@ Binding read_binding(const Json& json, const std::string& pointer, Diagnostics& 
   binding.kind = reader.choice("backend", names_of_kinds(), "sim");
   binding.pointer = pointer;
   if (binding.kind == "slow") binding.slow = read_slow(reader);
+  if (binding.kind == kTerminals) binding.of = reader.text("of");
   if (const device::DriverKind* driver = device::DriverKinds::global().find(binding.kind))
     binding.driver = driver->read(reader);
   reader.finish();
@@ -159,6 +161,7 @@ std::vector<BackendKind> backend_kinds() {
   std::vector<BackendKind> kinds{
       {"sim", false, "in the simulation, with the cycle of its model and an ideal clock"},
       {"slow", false, "in the simulation, with a clock and a wire of its own"},
+      {kTerminals, false, "I/O blocks: the terminals of the controller of an arm that has a driver"},
   };
   for (const auto& driver : device::DriverKinds::global().list())
     kinds.push_back({driver->name(), false, driver->doc()});
@@ -206,6 +209,7 @@ Diagnostics bind(Site& site, std::string_view argument) {
   }
   Json settings{{"backend", kind}};
   const bool driver = device::DriverKinds::global().find(kind) != nullptr;
+  if (kind == kTerminals && !address.empty()) settings["of"] = std::string(std::exchange(address, {}));
   if (kind != "slow" && !driver && !address.empty()) {
     diagnostics.error(Code::kInvalidValue, "--backend",
                       fmt::format("a back end of kind '{}' has no address, but '{}' is given", kind, address));

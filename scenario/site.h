@@ -26,11 +26,16 @@ struct BackendKind {
 /// The kinds there are, those of drivers that are known (device::DriverKinds) included. Realtime: setup.
 [[nodiscard]] std::vector<BackendKind> backend_kinds();
 
+/// The kind of an I/O block whose terminals are those of an arm's controller: `of` says which arm.
+inline constexpr const char* kTerminals = "terminals";
+
 /// How one device of the cell is reached.
 struct Binding {
   std::string kind = "sim";
   /// Of kind "slow"; a cycle of 0 stands for that of the model.
   emulation::SlowOptions slow = {};
+  /// Of kind "terminals": the arm whose controller has them.
+  std::string of = {};
   /// Of a kind with a driver, else null.
   std::shared_ptr<const device::DriverSettings> driver;
   std::string file, pointer;  ///< where it was said
@@ -73,8 +78,9 @@ struct Site {
 [[nodiscard]] Result<Site> parse_site(std::string_view text);
 
 /// Adds what --backend says, "NAME=KIND[:ADDR]", over what a site file said of that device. For kind "slow" ADDR is a
-/// list of "8ms", "drift=100ppm", "jitter=0.3ms", "loss=1%" and the like; for a driver it is "ADDRESS,key=value,...",
-/// with the keys of the site file and, in place of "_ms", "_ppm" and a share, the units ms, ppm and %. Realtime: setup.
+/// list of "8ms", "drift=100ppm", "jitter=0.3ms", "loss=1%" and the like; for "terminals" the name of an arm; for a
+/// driver it is "ADDRESS,key=value,...", with the keys of the site file and, in place of "_ms", "_ppm" and a share, the
+/// units ms, ppm and %. Realtime: setup.
 [[nodiscard]] Diagnostics bind(Site& site, std::string_view argument);
 
 /// Lock-step knows no device with a clock of its own (row T4). @return an error for each that is bound so.

@@ -79,6 +79,39 @@ void SiteDevices::check_driver(const LoadedDevice& device, const Binding& bindin
                    "a device that this driver is for"});
 }
 
+/// What keeps the terminals of a controller from being those of a block; empty: nothing.
+std::string SiteDevices::terminals_refusal(const LoadedDevice& block, const Binding& binding,
+                                           LoadedDevices devices) const {
+  const auto io = block.as<device::IoDescription>();
+  if (!io) return fmt::format("'{}' is of kind '{}'", block.entry->name, block.kind->name());
+  const auto arm = std::ranges::find(devices, binding.of, [](const auto& device) { return device->entry->name; });
+  if (arm == devices.end() || !(*arm)->as<device::ArmDescription>())
+    return fmt::format("there is no arm '{}'", binding.of);
+  const Binding* of = site_.find(binding.of);
+  if (!of || !of->driver) return fmt::format("'{}' has no driver", binding.of);
+  const auto* kind = dynamic_cast<const device::ArmDriverKind*>(device::DriverKinds::global().find(of->kind));
+  if (kind == nullptr) return fmt::format("'{}' is reached as '{}', which drives no arms", binding.of, of->kind);
+  if (terminals_.contains(binding.of)) return fmt::format("another block has the terminals of '{}'", binding.of);
+  return kind->refuse_terminals(*io);
+}
+
+void SiteDevices::plan_terminals(const LoadedDevice& block, const Binding& binding, LoadedDevices devices,
+                                 Diagnostics& diagnostics) {
+  const std::string refusal = terminals_refusal(block, binding, devices);
+  if (refusal.empty()) {
+    terminals_[binding.of] = block.as<device::IoDescription>();
+    return;
+  }
+  diagnostics.add({Severity::kError, Code::kIncompatible, binding.file, binding.pointer,
+                   fmt::format("'{}' is not on the terminals of '{}': {}", block.entry->name, binding.of, refusal),
+                   "an I/O block, and an arm whose driver knows the terminals of its controller, such as 'rtde'"});
+}
+
+std::shared_ptr<const device::IoDescription> SiteDevices::terminals_of(const std::string& arm) const {
+  const auto block = terminals_.find(arm);
+  return block == terminals_.end() ? nullptr : block->second;
+}
+
 /// From a set point's time to when the machine is told it, without padding; 0: it lives in the core's cycle.
 Nanoseconds SiteDevices::delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const {
   const Binding* binding = site_.find(device.entry->name);
@@ -101,6 +134,7 @@ void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
                        "arms and force/torque sensors"});
     }
     if (binding && binding->driver) check_driver(*device, *binding, diagnostics);
+    if (binding && binding->kind == kTerminals) plan_terminals(*device, *binding, devices, diagnostics);
     const auto arm = device->as<device::ArmDescription>();
     if (!arm) continue;
     delays_[names_.back()] = delay_of(*device, *arm);
@@ -153,7 +187,8 @@ SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Bin
   const device::ArmDriverKind& kind = arm_kind_of(binding);
   const Nanoseconds padding = padded_delay(device.entry->name) - delays_.at(device.entry->name);
   auto description = with_cycle(*model, kind.cycle(*binding.driver, *model));
-  const device::DriverRequest request{device.entry->name, description, period_, padding, seed_};
+  const device::DriverRequest request{
+      device.entry->name, description, period_, padding, seed_, terminals_of(device.entry->name)};
   auto driver = binding.own_clock() ? kind.connect(*binding.driver, request, clock_)
                                     : kind.connect_in_process(*binding.driver, request, machine);
   if (!driver) {
@@ -187,26 +222,38 @@ SiteDevices::WiredGripper SiteDevices::wire(const LoadedDevice& device,
   return {std::make_shared<ShadowedGripper>(std::move(*driver), std::move(machine)), std::move(description)};
 }
 
+SiteDevices::WiredIo SiteDevices::adopt(std::shared_ptr<device::IoDriver> driver, const std::string& name,
+                                        bool own_clock, std::shared_ptr<const device::IoDescription> description,
+                                        const device::IoTerminals& machine) {
+  io_drivers_[name] = driver;
+  all_drivers_[name] = driver;
+  own_clock_ = own_clock_ || own_clock;
+  const device::IoTerminals& wired = driver->terminals();
+  device::IoTerminals terminals{kept_with(driver, wired.digital_inputs), kept_with(driver, wired.analog_inputs),
+                                kept_with(driver, wired.digital_outputs), kept_with(driver, wired.analog_outputs)};
+  if (own_clock) show_outputs(terminals, machine);
+  return {std::move(terminals), std::move(description)};
+}
+
 SiteDevices::WiredIo SiteDevices::wire(const LoadedDevice& device, device::IoTerminals machine) {
   const auto model = device.as<device::IoDescription>();
-  const Binding* binding = site_.find(device.entry->name);
+  const std::string& name = device.entry->name;
+  const Binding* binding = site_.find(name);
+  if (binding && binding->kind == kTerminals) {
+    const auto arm = drivers_.find(binding->of);
+    device::IoDriver* block = arm == drivers_.end() ? nullptr : arm->second->terminals(machine);
+    if (block == nullptr) return {std::move(machine), model};  // not connected, or reported
+    const auto description = with_cycle(*model, arm->second->timing().cycle);
+    return adopt({arm->second, block}, name, on_own_clock(binding->of), description, machine);
+  }
   if (!binding || !binding->driver || !site_.connect) return {std::move(machine), model};
   const auto& kind = dynamic_cast<const device::IoDriverKind&>(*device::DriverKinds::global().find(binding->kind));
   auto description = with_cycle(*model, kind.cycle(*binding->driver, *model));
-  const device::IoRequest request{device.entry->name, description, period_, seed_};
+  const device::IoRequest request{name, description, period_, seed_};
   auto driver = connect_device<device::IoDriver, device::IoDriverKind>(*binding, request, clock_, machine);
-  if (!driver) {
-    problems_.append(driver.error(), binding->pointer, binding->file);
-    return {std::move(machine), model};
-  }
-  io_drivers_[request.device] = *driver;
-  all_drivers_[request.device] = *driver;
-  own_clock_ = own_clock_ || binding->own_clock();
-  const device::IoTerminals& wired = (*driver)->terminals();
-  device::IoTerminals terminals{kept_with(*driver, wired.digital_inputs), kept_with(*driver, wired.analog_inputs),
-                                kept_with(*driver, wired.digital_outputs), kept_with(*driver, wired.analog_outputs)};
-  if (binding->own_clock()) show_outputs(terminals, machine);
-  return {std::move(terminals), std::move(description)};
+  if (driver) return adopt(*driver, name, binding->own_clock(), std::move(description), machine);
+  problems_.append(driver.error(), binding->pointer, binding->file);
+  return {std::move(machine), model};
 }
 
 std::shared_ptr<device::ForceTorqueBackend> SiteDevices::own_force(const std::string& arm) const {
@@ -298,6 +345,7 @@ std::map<std::string, device::Reality> SiteDevices::realities() const {
   std::map<std::string, device::Reality> realities;
   for (const std::string& name : names_) {
     const Binding* binding = site_.find(name);
+    if (binding && binding->kind == kTerminals) binding = site_.find(binding->of);
     realities[name] = binding && binding->driver ? binding->driver->reality() : device::Reality::kSimulated;
   }
   return realities;

@@ -57,6 +57,10 @@ class SiteDevices {
     std::shared_ptr<const device::IoDescription> description;
   };
   [[nodiscard]] WiredIo wire(const LoadedDevice& device, device::IoTerminals machine);
+  /// Its back end belongs to another device, which has to be wired before.
+  [[nodiscard]] bool wired_last(const std::string& device) const { return kind_of(device) == kTerminals; }
+  /// The block whose terminals are those of this arm's controller; null: there is none.
+  [[nodiscard]] std::shared_ptr<const device::IoDescription> terminals_of(const std::string& arm) const;
   /// What the controller of an arm says that the arm feels (row `own_force` of an arm); null: it says nothing of its
   /// own, the external torques are what there is.
   [[nodiscard]] std::shared_ptr<device::ForceTorqueBackend> own_force(const std::string& arm) const;
@@ -106,6 +110,13 @@ class SiteDevices {
                                  std::shared_ptr<device::ArmBackend> machine);
   [[nodiscard]] std::string refusal_of(const LoadedDevice& device, const Binding& binding) const;
   void check_driver(const LoadedDevice& device, const Binding& binding, Diagnostics& diagnostics) const;
+  void plan_terminals(const LoadedDevice& block, const Binding& binding, LoadedDevices devices,
+                      Diagnostics& diagnostics);
+  [[nodiscard]] std::string terminals_refusal(const LoadedDevice& block, const Binding& binding,
+                                              LoadedDevices devices) const;
+  [[nodiscard]] WiredIo adopt(std::shared_ptr<device::IoDriver> driver, const std::string& name, bool own_clock,
+                              std::shared_ptr<const device::IoDescription> description,
+                              const device::IoTerminals& machine);
   [[nodiscard]] Nanoseconds delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const;
   [[nodiscard]] Nanoseconds padded_delay(const std::string& arm) const;
 
@@ -113,7 +124,9 @@ class SiteDevices {
   Nanoseconds period_;
   std::uint64_t seed_;
   std::map<std::string, Nanoseconds, std::less<>> delays_;  ///< of the arms, without padding
-  MonotonicClock clock_;                                    ///< outlives the drivers
+  /// Blocks on the terminals of controllers, by their arms.
+  std::map<std::string, std::shared_ptr<const device::IoDescription>, std::less<>> terminals_;
+  MonotonicClock clock_;  ///< outlives the drivers
   bool own_clock_ = false;
   Diagnostics problems_;
   std::vector<std::string> names_;  ///< of all devices

@@ -3,6 +3,7 @@
 so that a busy machine is in time."""
 import json
 import pathlib
+import random
 import signal
 import socket
 import subprocess
@@ -101,6 +102,61 @@ class TwoProcesses(unittest.TestCase):
                                    text=True, cwd=ROOT)
         self.assertEqual(lock_step.returncode, 2)
         self.assertIn("--realtime", lock_step.stderr)
+
+
+class UrTerminals(unittest.TestCase):
+    """An arm and the terminals of its controller over one connection. Ports of a UR are fixed, so the address is drawn."""
+
+    CELL = {
+        "time_limit_s": 60,
+        "devices": {
+            "arm": {"model": "ur5"},
+            "io": {"model": "io_block", "at": {"in": "world", "position_m": [1, 1, 0]}},
+        },
+        "program": {"do": "sequence", "steps": [
+            {"do": "set", "output": "io/do3", "value": True},
+            {"do": "ptp", "to": {"joints_deg": [5, -100, -90, -80, 90, 90]}, "speed": 0.3},
+            {"do": "set", "output": "io/do3", "value": False},
+            {"do": "wait", "seconds": 0.2},
+        ]},
+        "expectations": [
+            {"kind": "signal", "signal": "io/do3", "is": False, "rises": 1},
+            {"kind": "signal", "signal": "io/di2", "is": True},
+        ],
+    }
+
+    def test_outputs_and_inputs_go_over_the_connection_of_the_arm(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "cell.json"
+            file.write_text(json.dumps(self.CELL))
+            host = f"127.{random.randint(1, 250)}.{random.randint(1, 250)}.{random.randint(1, 250)}"
+            backends = ["--backend", f"arm=rtde:{host},margin=60ms", "--backend", "io=terminals:arm"]
+            closed = '/devices/io/settings={"di2": {"script": [{"at_s": 0, "value": true}]}}'
+            emulator = subprocess.Popen([TAKT, "emulate", str(file), *backends, "--set", closed], cwd=ROOT,
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            self.addCleanup(emulator.stderr.close)
+            self.addCleanup(emulator.kill)
+            self.assertIn("EMULATED: arm as rtde", emulator.stderr.readline())
+            run = subprocess.run([TAKT, "run", str(file), *backends, "--realtime", "--json"], capture_output=True,
+                                 text=True, timeout=120, cwd=ROOT)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            self.assertEqual(json.loads(run.stdout)["site"]["realities"], {"arm": "EMULATED", "io": "EMULATED"})
+            emulator.send_signal(signal.SIGINT)
+            self.assertEqual(emulator.wait(timeout=30), 0)
+
+    def test_blocks_and_arms_that_do_not_fit_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "cell.json"
+            file.write_text(json.dumps(self.CELL))
+            for backends, text in ((["io=terminals:arm"], "'arm' has no driver"),
+                                   (["io=terminals:leg", "arm=rtde"], "there is no arm 'leg'"),
+                                   (["io=terminals", "arm=rtde"], "'of'"),
+                                   (["arm=terminals:arm"], "is of kind 'arm'"),
+                                   (["arm=cia402", "io=terminals:arm"], "offers no terminals")):
+                arguments = [word for one in backends for word in ("--backend", one)]
+                run = subprocess.run([TAKT, "run", str(file), *arguments], capture_output=True, text=True, timeout=60, cwd=ROOT)
+                self.assertEqual(run.returncode, 2, f"{backends}: {run.stderr}")
+                self.assertIn(text, run.stderr)
 
 
 if __name__ == "__main__":

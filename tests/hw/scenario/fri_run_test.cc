@@ -179,43 +179,121 @@ TEST(FriSite, AddressesAndKeysOfTheCommandLineAreThoseOfASiteFile) {
   EXPECT_THAT(bind(site, "arm=fri:virtual,colour=red"), Reports(Code::kUnknownKey, "--backend/colour", {"colour"}));
 }
 
-TEST(FriSite, TheSchemaAgreesWithTheReader) {
-  hw::add_own_drivers();
-  valijson::Schema schema;
-  const auto read = read_json("schemas/site.schema.json");
-  ASSERT_TRUE(read);
-  const nlohmann::json text = *read;
-  valijson::SchemaParser(valijson::SchemaParser::kDraft7)
-      .populateSchema(valijson::adapters::NlohmannJsonAdapter(text), schema);
-  const auto agree = [&](const nlohmann::json& device) {
+/// The schema of site files, and whether it and the reader are of one opinion about a device.
+class SiteSchema {
+ public:
+  SiteSchema() {
+    hw::add_own_drivers();
+    const auto read = read_json("schemas/site.schema.json");
+    EXPECT_TRUE(read);
+    const nlohmann::json text = *read;
+    valijson::SchemaParser(valijson::SchemaParser::kDraft7)
+        .populateSchema(valijson::adapters::NlohmannJsonAdapter(text), schema_);
+  }
+  bool agree(const nlohmann::json& device) {
     const nlohmann::json json{{"devices", {{"arm", device}}}};
     const bool accepted =
-        valijson::Validator().validate(schema, valijson::adapters::NlohmannJsonAdapter(json), nullptr);
+        valijson::Validator().validate(schema_, valijson::adapters::NlohmannJsonAdapter(json), nullptr);
     EXPECT_EQ(accepted, parse_site(json.dump()).has_value()) << json.dump();
     return accepted;
-  };
-  const nlohmann::json whole{{"backend", "fri"},     {"address", "192.0.2.1:49938"},
-                             {"emulated", false},    {"cycle_ms", 4},
-                             {"krl", "fri_control"}, {"task_frame", "tool"},
-                             {"margin_ms", 2.5},     {"bridged_cycles", 10},
-                             {"offset_ms", 5},       {"drift_ppm", -3},
-                             {"transport_ms", 0.1},  {"jitter_ms", 0.2},
-                             {"loss", 0.1},          {"repeat", 0.1},
-                             {"reorder", 0.1},       {"corrupt", 0.1},
-                             {"truncate", 0.1}};
-  EXPECT_TRUE(agree(whole));
-  for (const auto& [key, value] : whole.items()) {
-    for (const nlohmann::json& wrong :
-         {nlohmann::json(-1e12), nlohmann::json(1e12), nlohmann::json(nullptr), nlohmann::json::array()}) {
-      nlohmann::json changed = whole;
-      changed[key] = wrong;
-      EXPECT_FALSE(agree(changed));
-    }
-    nlohmann::json changed = whole;
-    changed.erase(key);
-    changed[key + "_"] = value;
-    EXPECT_FALSE(agree(changed));
   }
+  /// Each key with values of other types and out of range, and by another name.
+  void spoil_each_key_of(const nlohmann::json& whole) {
+    EXPECT_TRUE(agree(whole));
+    for (const auto& [key, value] : whole.items()) {
+      for (const nlohmann::json& wrong :
+           {nlohmann::json(-1e12), nlohmann::json(1e12), nlohmann::json(nullptr), nlohmann::json::array()}) {
+        nlohmann::json changed = whole;
+        changed[key] = wrong;
+        EXPECT_FALSE(agree(changed)) << key;
+      }
+      nlohmann::json changed = whole;
+      changed.erase(key);
+      changed[key + "_"] = value;
+      EXPECT_FALSE(agree(changed)) << key;
+    }
+  }
+
+ private:
+  valijson::Schema schema_;
+};
+
+TEST(SiteSchema, KnowsEveryKindOfBackEnd) {
+  SiteSchema schema;
+  for (const BackendKind& kind : backend_kinds()) {
+    nlohmann::json device{{"backend", kind.name}};
+    if (kind.name == kTerminals) device["of"] = "arm";
+    EXPECT_TRUE(schema.agree(device)) << kind.name;
+  }
+}
+
+TEST(SiteSchema, AgreesWithTheReaderOfEachDriver) {
+  SiteSchema schema;
+  schema.spoil_each_key_of({{"backend", "fri"},
+                            {"address", "192.0.2.1:49938"},
+                            {"emulated", false},
+                            {"cycle_ms", 4},
+                            {"krl", "fri_control"},
+                            {"task_frame", "tool"},
+                            {"margin_ms", 2.5},
+                            {"bridged_cycles", 10},
+                            {"offset_ms", 5},
+                            {"drift_ppm", -3},
+                            {"transport_ms", 0.1},
+                            {"jitter_ms", 0.2},
+                            {"loss", 0.1},
+                            {"repeat", 0.1},
+                            {"reorder", 0.1},
+                            {"corrupt", 0.1},
+                            {"truncate", 0.1}});
+  schema.spoil_each_key_of({{"backend", "rtde"},
+                            {"address", "192.0.2.1"},
+                            {"emulated", false},
+                            {"series", "e"},
+                            {"robot", "UR5e"},
+                            {"registers", "lower"},
+                            {"lookahead_s", 0.05},
+                            {"gain", 500},
+                            {"power_on", true},
+                            {"margin_ms", 2.5},
+                            {"transport_ms", 0.2},
+                            {"jitter_ms", 0.2}});
+  schema.spoil_each_key_of({{"backend", "cia402"},
+                            {"address", "can0"},
+                            {"emulated", false},
+                            {"cycle_ms", 4},
+                            {"first_node", 3},
+                            {"heartbeat_ms", 20},
+                            {"margin_ms", 2.5},
+                            {"bridged_cycles", 2},
+                            {"transport_ms", 0.1},
+                            {"jitter_ms", 0.1},
+                            {"loss", 0.1}});
+  schema.spoil_each_key_of({{"backend", "wsg"},
+                            {"address", "192.0.2.1:1000"},
+                            {"emulated", false},
+                            {"update_ms", 10},
+                            {"home", true},
+                            {"referenced", false},
+                            {"transport_ms", 0.2},
+                            {"jitter_ms", 0.2},
+                            {"piece_bytes", 5}});
+  schema.spoil_each_key_of({{"backend", "modbus"},
+                            {"address", "192.0.2.1:502"},
+                            {"emulated", false},
+                            {"cycle_ms", 10},
+                            {"digital_inputs", 0},
+                            {"digital_outputs", 512},
+                            {"analog_inputs", 4},
+                            {"analog_outputs", 2048},
+                            {"analog_counts", 4095},
+                            {"unit", 2},
+                            {"timeout_ms", 100},
+                            {"watchdog_ms", 500},
+                            {"transport_ms", 0.2},
+                            {"jitter_ms", 0.2},
+                            {"piece_bytes", 5}});
+  schema.spoil_each_key_of({{"backend", "terminals"}, {"of", "arm"}});
 }
 
 }  // namespace
