@@ -6,6 +6,7 @@
 
 #include "core/base/random.h"
 #include "core/collision/body_pair.h"
+#include "core/collision/cell_shapes.h"
 #include "core/collision/motion_check.h"
 #include "core/collision/narrow_phase.h"
 
@@ -18,7 +19,7 @@ Eigen::Isometry3d shifted(double x, double y, double z) {
   return X;
 }
 
-/// One or two arms with probes, and 50 bodies in their reach.
+/// One or two arms with probes, 50 bodies in their reach, and the floor.
 struct Cell {
   explicit Cell(int arms) {
     for (int i = 0; i < arms; ++i) {
@@ -36,9 +37,11 @@ struct Cell {
       scene.add_object("body " + std::to_string(i), {part}, -1,
                        shifted(radius * std::cos(turn), radius * std::sin(turn), random.uniform(0.0, 0.8)));
     }
+    shapes.add_floor();
     scene.find_pairs_that_never_meet();
   }
-  Scene scene;
+  CellShapes shapes;
+  Scene& scene = shapes.scene;
 };
 
 /// 2 s from posture to posture that meets nothing.
@@ -83,7 +86,7 @@ void arm_to_bodies(benchmark::State& state) {
   const int n = static_cast<int>(scene.bodies().size());
   for (int a = 0; a < n; ++a)
     for (int b = a + 1; b < n; ++b)
-      if (!scene.body(a).parts.empty() && scene.body(b).owner.starts_with("body") &&
+      if (!scene.body(a).parts.empty() && (scene.body(b).owner.starts_with("body") || b == cell.shapes.floor) &&
           !scene.body(a).owner.starts_with("body"))
         pairs.emplace_back(scene, a, b);
   NearestPair nearest(scene, std::move(pairs));

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what evidence costs, from outside, with the built program. On an otherwise idle machine.
 
-  evidence.py TAKT cost [--runs 5] [--scenario FILE]     share of a run that recording everything at 1 kHz takes
+  evidence.py TAKT cost [--runs 5] [--scenario FILE]     what recording everything at 1 kHz adds to a run, in pairs of runs
   evidence.py TAKT compare [--seconds 60]                comparing two recordings of so many seconds; size of the report
   evidence.py TAKT kills [--count 1000] [--python FILE]  runs that are killed at random times: what an official reader gets back
 
@@ -48,23 +48,35 @@ def run(takt, *arguments):
     return time.monotonic() - begin, done
 
 
-def wall_time(takt, scenario, *options):
-    _, done = run(takt, "run", scenario, "--log", "none", "--set", "/expectations=[]", "--json", *options)
-    report = json.loads(done.stdout)
-    return report["wall_time"], report["timing"]["recording"], report["sim_time"]
+class Cost:
+    """One run: wall time of the run, share of its loop that hands over rows, processor time of the process with all threads."""
+
+    def __init__(self, takt, scenario, *options):
+        with tempfile.TemporaryFile() as out:
+            process = subprocess.Popen([takt, "run", scenario, "--log", "none", "--set", "/expectations=[]", "--json", *map(str, options)],
+                                       cwd=ROOT, stdout=out, stderr=subprocess.DEVNULL)
+            _, _, usage = os.wait4(process.pid, 0)
+            out.seek(0)
+            report = json.loads(out.read())
+        self.wall, self.loop, self.sim = report["wall_time"], report["timing"]["recording"] / report["wall_time"], report["sim_time"]
+        self.cpu = usage.ru_utime + usage.ru_stime
 
 
 def cost(takt, arguments, folder):
-    plain, recorded = [], []
-    for _ in range(arguments.runs):  # taken in turn, so that both meet the same machine
-        plain.append(wall_time(takt, arguments.scenario)[0])
-        recorded.append(wall_time(takt, arguments.scenario, "--record", folder / "a.mcap"))
-    without, with_it = min(plain), min(one[0] for one in recorded)
-    share = with_it / without - 1
-    print(f"{arguments.scenario}: {recorded[0][2]:.1f} s simulated in {without:.3f} s without and {with_it:.3f} s with a recording "
-          f"(best of {arguments.runs}): {100 * share:.1f} %; of the loop itself {100 * statistics.median(r[1] / r[0] for r in recorded):.1f} %; "
-          f"{(folder / 'a.mcap').stat().st_size / 1e6 / recorded[0][2]:.2f} MB per simulated second")
-    return share < COST
+    pairs = []
+    for i in range(arguments.runs):  # in turn, each first once in two, so that both meet the same machine
+        runs = [lambda: Cost(takt, arguments.scenario), lambda: Cost(takt, arguments.scenario, "--record", folder / "a.mcap")]
+        first, second = (runs if i % 2 == 0 else runs[::-1])
+        one, other = first(), second()
+        pairs.append((one, other) if i % 2 == 0 else (other, one))
+    wall = statistics.median(b.wall / a.wall - 1 for a, b in pairs)
+    cpu = statistics.median(b.cpu - a.cpu for a, b in pairs)
+    sim = pairs[0][1].sim
+    print(f"{arguments.scenario}: {sim:.1f} s simulated, {arguments.runs} pairs of runs, medians: wall time {pairs[0][0].wall:.3f} s and "
+          f"{100 * wall:+.1f} %; the loop's own share {100 * statistics.median(b.loop for _, b in pairs):.1f} %; processor time {cpu:+.3f} s of "
+          f"{statistics.median(a.cpu for a, _ in pairs):.3f} s, {1e3 * cpu / sim:.1f} ms per recorded second; "
+          f"{(folder / 'a.mcap').stat().st_size / 1e6 / sim:.2f} MB per recorded second")
+    return wall < COST
 
 
 def compare(takt, arguments, folder):
@@ -89,7 +101,7 @@ def kills(takt, arguments, folder):
                 "program": {"do": "repeat", "times": 9000, "steps": [{"do": "wait", "seconds": 0.01}, {"do": "log", "text": "."}]}}
     file, record = folder / "ticks.json", folder / "killed.mcap"
     file.write_text(json.dumps(scenario))
-    chance = random.Random(1)
+    chance = random.Random(arguments.seed)
     losses, damaged, empty = [], 0, 0
     for i in range(arguments.count):
         record.unlink(missing_ok=True)
@@ -121,6 +133,7 @@ def main():
     parser.add_argument("--scenario", default="scenarios/touch.json")
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--count", type=int, default=int(os.environ.get("TAKT_KILLS", 1000)))
+    parser.add_argument("--seed", type=int, default=1, help="of the times of the kills")
     parser.add_argument("--python", default=str(ROOT / "build/venv/bin/python"))
     arguments = parser.parse_args()
     takt = str(pathlib.Path(arguments.takt).resolve())

@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/base/time.h"
@@ -12,28 +13,33 @@
 namespace takt::record {
 
 /// The entries of the last seconds, in memory, as they came off the ring; the oldest go in blocks of a fifth of a
-/// second. After keep() nothing goes any more, and what comes is added for a second. Thread: one at a time.
+/// second. After keep() they are given away, and what comes within a second after it too; then a new history begins.
+/// Thread: one at a time.
 class EntryHistory {
  public:
-  /// @param span  how much is kept at least
-  explicit EntryHistory(Nanoseconds span) : span_(span) {}
+  using Take = std::function<void(const SampleRing::Entry&)>;
+
+  /// @param span  how much is held at least
+  /// @param take  gets what is kept, in the order in which it came
+  EntryHistory(Nanoseconds span, Take take) : span_(span), take_(std::move(take)) {}
 
   /// A cycle begins: entries up to the next call belong to it.
   void begin_cycle(Nanoseconds time);
   void add(const SampleRing::Entry& entry);
   void keep();
+  /// keep() has been called.
   [[nodiscard]] bool kept() const { return kept_; }
-  /// Gives all entries, the oldest first.
-  void replay(const std::function<void(const SampleRing::Entry&)>& take) const;
 
  private:
   struct Block {
     Nanoseconds begin = 0;
     std::vector<std::uint64_t> words;  ///< per entry: tag and count, then its words
   };
+  void give(const Block& block) const;
 
   Nanoseconds span_;
-  Nanoseconds now_ = 0, last_ = 0;  ///< last: of what is still added after keep()
+  Take take_;
+  Nanoseconds now_ = 0, last_ = -1;  ///< last: of what is still given away after keep()
   bool kept_ = false;
   std::deque<Block> blocks_;
 };

@@ -45,9 +45,9 @@ struct RecorderOptions {
   std::size_t chunk_bytes = 1u << 20;
   /// What a chunk still open has gathered is on its way to the disk after this much wall time at the latest.
   Nanoseconds flush_wall_time = 50 * kMillisecond;
-  int zstd_level = 1;
-  /// Only so much recorded time is kept, in memory, and written by close(), if keep() was called; else close() removes
-  /// the file. 0: all is written as it comes. A kill leaves a file without messages.
+  int zstd_level = -1;  ///< of a run's numbers 1.75 times as fast as level 1, for files that are 2 % larger
+  /// Only so much recorded time is held, in memory, and written when keep() is called; if it never is, close() removes
+  /// the file. 0: all is written as it comes. Killed before the first keep(), it leaves a file without messages.
   Nanoseconds keep_last = 0;
   /// Called at most once, from the writer's thread: the recording stopped, and why.
   std::function<void(const std::string&)> on_error;
@@ -139,8 +139,8 @@ class Recorder {
   /// record/proto has. Realtime: setup, before the first begin_cycle.
   void add_constant(std::string topic, std::string_view schema, std::string bytes);
 
-  /// With RecorderOptions::keep_last: the last seconds, and one more, are to be written; later ones are not. Thread:
-  /// that of the cycle. Realtime: cyclic.
+  /// With RecorderOptions::keep_last: the last seconds, and one more, are to be written. What comes later is held as
+  /// before, until the next call: a file has a stretch for each. Thread: that of the cycle. Realtime: cyclic.
   void keep();
 
   /// Hands the rest over, writes the summary and closes the file; what went wrong is in the result. Realtime: setup.

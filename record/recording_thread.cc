@@ -44,7 +44,7 @@ RecordingThread::RecordingThread(const std::filesystem::path& path, const Record
     : ring(options.ring_bytes),
       options_(options),
       path_(path),
-      history_(options.keep_last),
+      history_(options.keep_last, [this](const SampleRing::Entry& entry) { take(entry); }),
       writer_(path, options.zstd_level, options.chunk_bytes) {
   writer_.add_metadata("takt.fingerprint", options_.fingerprint);
   mcap::Map run = options_.metadata;
@@ -126,7 +126,7 @@ void RecordingThread::write_all() {
     note_progress();
     std::this_thread::sleep_for(kPause);
   }
-  write_history();
+  if (options_.keep_last > 0 && keep_at_end.load(std::memory_order_acquire)) history_.keep();
   write_channels();
   writer_.finish();
   note_progress();
@@ -140,12 +140,6 @@ void RecordingThread::remember(const SampleRing::Entry& entry) {
   if (entry.tag == kKeepTag) return history_.keep();
   if (entry.tag == kCycleTag) history_.begin_cycle(static_cast<Nanoseconds>(entry.words[0]));
   history_.add(entry);
-}
-
-void RecordingThread::write_history() {
-  if (keep_at_end.load(std::memory_order_acquire)) history_.keep();
-  if (!history_.kept()) return;
-  history_.replay([this](const SampleRing::Entry& entry) { take(entry); });
 }
 
 void RecordingThread::write_channels() {

@@ -54,7 +54,6 @@ class RecordingThread {
   void write_channels();
   void take(const SampleRing::Entry& entry);
   void remember(const SampleRing::Entry& entry);
-  void write_history();
   void take_cycle(Nanoseconds time, std::uint64_t cycle);
   void take_message(std::uint32_t channel, std::span<const std::uint64_t> words);
   void flush_if_due();

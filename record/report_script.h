@@ -7,7 +7,7 @@ namespace takt::record {
 /// Zoom along time and cursors in the pictures of a report: all pictures move together. The page is complete without.
 inline constexpr std::string_view kReportScript = R"js(
 (() => {
-const SVG = 'http://www.w3.org/2000/svg', LEFT = 64, RIGHT = 988, WIDTH = RIGHT - LEFT;
+const SVG = document.querySelector('svg.plot')?.namespaceURI, LEFT = 64, RIGHT = 988, WIDTH = RIGHT - LEFT;
 const plots = [...document.querySelectorAll('svg.plot')].map(node => {
   const numbers = name => node.dataset[name].split(' ').map(Number);
   const add = (kind, attributes) => {

@@ -12,6 +12,7 @@
 #include "scenario/cell_models.h"
 #include "scenario/degrees.h"
 #include "scenario/device_kinds.h"
+#include "scenario/faulty_machines.h"
 #include "sim/description_check.h"
 #include "sim/from_model.h"
 
@@ -108,6 +109,7 @@ void ArmKind::simulate(const LoadedDevice& device, sim::WorldDescription& world)
 void ArmKind::add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const {
   const std::string& name = device.entry->name;
   auto wired = built.site->wire(device, built.borrowed<device::ArmBackend>(built.world->arm(name)));
+  if (device.entry->may_fail) wired.backend = built.with_faults<FaultyArm>(name, std::move(wired.backend));
   auto backend = built.commands->tap(name, std::move(wired.backend), static_cast<int>(wired.description->home.size()));
   auto& arm =
       built.core->add(std::make_unique<device::Arm>(name, wired.description, std::move(backend), built.core->period()));

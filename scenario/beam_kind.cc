@@ -40,7 +40,7 @@ class LightBarrierKind final : public DeviceKind {
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
     const std::string& name = device.entry->name;
     const auto age_max = device.as<BeamDescription>()->sample_age_max;
-    built.cell.digital_inputs[name] = &add_input<bool>(name, "", age_max, built);
+    built.cell.digital_inputs[name] = &add_input<bool>(name, "", age_max, device.entry->may_fail, built);
   }
 
  private:
@@ -72,7 +72,7 @@ class RangeFinderKind final : public DeviceKind {
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
     const std::string& name = device.entry->name;
     const auto age_max = device.as<BeamDescription>()->sample_age_max;
-    built.cell.analog_inputs[name] = &add_input<double>(name, "m", age_max, built);
+    built.cell.analog_inputs[name] = &add_input<double>(name, "m", age_max, device.entry->may_fail, built);
   }
 };
 

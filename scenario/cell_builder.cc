@@ -441,8 +441,10 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
       built.true_body[entry.name] = entry.name + "/" + simulated.robots.back().model->root().name;
     built.cell.objects[entry.name] = std::move(known);
   }
-  if (std::ranges::any_of(simulated.objects, [](const auto& object) { return object.screw.has_value(); }))
+  if (std::ranges::any_of(simulated.objects, [](const auto& object) { return object.screw.has_value(); })) {
+    simulated.physics.calm_timestep = simulated.physics.timestep;
     simulated.physics.timestep = kTimestepWithScrews;
+  }
   add_tool_sides(devices, simulated, frames, built);
   complete_surfaces(description, models, simulated, diagnostics);
   for (const FrameEntry& frame : description.frames)

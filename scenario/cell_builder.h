@@ -28,7 +28,7 @@ struct BuiltCell {
       truth_W;                                                ///< drawn pose of every fixed object: expectations only
   world::FrameGraph start;                                    ///< every frame as it truly is at the start
   std::map<std::string, std::string, std::less<>> true_body;  ///< of objects that move: name of the body
-  std::map<std::string, std::shared_ptr<FaultySensor>, std::less<>> faulty_sensors;  ///< that faults of the file name
+  std::map<std::string, std::shared_ptr<FaultPoint>, std::less<>> fault_points;  ///< of devices that may fail
   std::map<std::string, sim::Mount, std::less<>> frames_on;  ///< frames of the file: the bodies they ride on, for films
   std::vector<sim::SimBeamDescription> beams;                ///< for films
   int triangles = 0;                                         ///< of the scene, for the visual budget
@@ -37,6 +37,14 @@ struct BuiltCell {
   /// Where a frame truly is at the start, in the world; identity if it is not there, which is reported elsewhere.
   [[nodiscard]] Eigen::Isometry3d true_start(std::string_view frame) const {
     return start.pose(frame).value_or(Eigen::Isometry3d::Identity());
+  }
+  /// What can be wrong with a device comes between it and the core.
+  /// @param Point  a FaultPoint that is a Backend, too
+  template <class Point, class Backend>
+  [[nodiscard]] std::shared_ptr<Backend> with_faults(const std::string& name, std::shared_ptr<Backend> backend) {
+    auto point = std::make_shared<Point>(std::move(backend));
+    fault_points[name] = point;
+    return point;
   }
   /// The back end of a simulated device, borrowed from the world and keeping it alive.
   template <class Backend, class Device>

@@ -103,6 +103,7 @@ std::shared_ptr<const CellShapes> cell_shapes(const Description& description, co
   for (const sim::RobotDescription& robot : simulated.robots) add_robot(robot, cell, *shapes, diagnostics);
   for (const ObjectEntry& entry : description.objects) add_object(entry, cell, *shapes);
   add_couplings(simulated, *shapes);
+  shapes->add_floor();
   shapes->scene.find_pairs_that_never_meet();
   find_mechanisms(cell, *shapes);
   accept_home(cell, *shapes);

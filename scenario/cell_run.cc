@@ -135,6 +135,7 @@ bool CellRun::after_cycle() {
     const Stopwatch watch(options_.measure_times, report_.timing.digest);
     built_.core->digest().take(kWorldBlock, built_.world->state_bytes());
   }
+  fault_watch_.hear(built_.core->events());
   site_watch_.watch();
   for (const auto& expectation : expectations_) expectation->watch(built_);
   if (recorder_) {
@@ -257,7 +258,7 @@ void CellRun::note(std::string_view source, std::string_view name, std::string_v
   follow_steps(entry);
   for (const auto& expectation : expectations_) expectation->happened(entry);
   if (recorder_) recorder_->add_event(entry);
-  if (film_) film_->happened(entry);
+  if (film_) report_.diagnostics.append(film_->happened(entry));
   if (options_.tell) options_.tell(entry);
   log_.add(std::move(entry));
 }
@@ -278,7 +279,6 @@ void CellRun::follow_steps(const LogEntry& entry) {
 
 void CellRun::step_begun(std::string_view name) {
   steps_begun_.emplace_back(name);
-  if (film_) report_.diagnostics.append(film_->step_begins(name));
   for (const auto& expectation : expectations_) expectation->step_begins(name);
 }
 
@@ -299,8 +299,14 @@ void CellRun::film_aftermath(bool interrupted) {
   constexpr Nanoseconds kShown = kSecond;
   const auto wrong = std::ranges::find(report_.expectations, false, &ExpectationResult::passed);
   const bool broke_off = report_.diagnostics.has_errors();
-  if (!film_ || interrupted || film_->is_over() || (!broke_off && wrong == report_.expectations.end())) return;
-  if (!broke_off) film_->failed(fmt::format("not held: {}: {}", wrong->name, wrong->measured));
+  const bool known = !options_.video_failure.empty();
+  if (!film_ || interrupted || film_->is_over()) return;
+  if (!broke_off && !known && wrong == report_.expectations.end()) return;
+  if (known) {
+    film_->failed(options_.video_failure);
+  } else if (!broke_off) {
+    film_->failed(fmt::format("not held: {}: {}", wrong->name, wrong->measured));
+  }
   const bool simulated = !options_.realtime && !built_.site->has_drivers() && !diverged_;
   if (!simulated) return report_.diagnostics.append(film_->hold(kShown));
   built_.core->stop_all(net::Cause::Code::kAborted, "the run has ended");

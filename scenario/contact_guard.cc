@@ -19,7 +19,7 @@ ContactGuard::ContactGuard(BuiltCell& built) : built_(built), names_(built.world
   if (!shapes.off.empty()) return;
   std::vector<bool> machines;
   for (const std::string& name : names_) {
-    const int number = shapes.scene.find(name);
+    const int number = name.empty() ? shapes.floor : shapes.scene.find(name);
     numbers_.push_back(number);
     machines.push_back(number >= 0 && !shapes.objects.contains(shapes.scene.body(number).owner));
   }
@@ -63,7 +63,7 @@ bool ContactGuard::is_known(const Pair& pair) {
 
 bool ContactGuard::is_allowed(const Pair& pair, const collision::Touching& touching) const {
   const int a = numbers_[static_cast<std::size_t>(pair.first)], b = numbers_[static_cast<std::size_t>(pair.second)];
-  if (a < 0 || b < 0) return true;  // the floor, and what only the simulation has
+  if (a < 0 || b < 0) return true;  // what only the simulation has
   const collision::CellShapes& shapes = *built_.cell.shapes;
   if (shapes.scene.never_meet(a, b)) return true;
   const collision::Situation situation = believed_situation(built_.cell, {}, {});
@@ -71,14 +71,16 @@ bool ContactGuard::is_allowed(const Pair& pair, const collision::Touching& touch
 }
 
 Diagnostic ContactGuard::fault(const Pair& pair, double force) const {
-  const auto& [a, b] = pair;
+  const auto name = [this](int body) {
+    const std::string& own = names_[static_cast<std::size_t>(body)];
+    return own.empty() ? built_.cell.shapes->scene.body(built_.cell.shapes->floor).name : own;
+  };
   return {.severity = Severity::kError,
           .code = Code::kUnexpectedContact,
           .file = {},
           .pointer = {},
-          .message = fmt::format("'{}' touches '{}' with {:.1f} N at {:.3f} s, and no step means to",
-                                 names_[static_cast<std::size_t>(a)], names_[static_cast<std::size_t>(b)], force,
-                                 to_seconds(built_.world->time())),
+          .message = fmt::format("'{}' touches '{}' with {:.1f} N at {:.3f} s, and no step means to", name(pair.first),
+                                 name(pair.second), force, to_seconds(built_.world->time())),
           .hint = "a guarded motion where a touch is meant, or an entry of 'allow' in 'collisions'"};
 }
 

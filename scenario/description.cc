@@ -394,8 +394,8 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   (void)reader.object("nets", false);  // read by read_nets()
   read_faults(reader, description.faults);
   for (DeviceEntry& device : description.devices)
-    device.may_read_wrong = std::ranges::any_of(description.faults, [&](const FaultEntry& fault) {
-      return fault.kind == FaultEntry::Kind::kSensor && fault.sensor == device.name;
+    device.may_fail = std::ranges::any_of(description.faults, [&](const FaultEntry& fault) {
+      return fault.device.substr(0, fault.device.find('/')) == device.name;  // "BLOCK/TERMINAL" too
     });
   if (const Json* collisions = reader.object("collisions", false))
     description.collisions = read_collisions(*collisions, "/collisions", diagnostics);

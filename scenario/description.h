@@ -16,7 +16,7 @@
 #include "core/device/channel.h"
 #include "core/world/object.h"
 #include "record/compare.h"
-#include "scenario/faulty_sensor.h"
+#include "scenario/fault_point.h"
 #include "scenario/net_files.h"
 #include "scenario/operator.h"
 #include "scenario/shape_file.h"
@@ -57,7 +57,7 @@ struct DeviceEntry {
   std::string own_force;           ///< of an arm: name of the sensor that is made of its external torques; empty: none
   std::string tcp;  ///< of a tool: its tool centre point where a step names none; empty: that of its model
   std::map<std::string, Eigen::Isometry3d, std::less<>> tcps;  ///< more of them, in its mount frame, m
-  bool may_read_wrong = false;  ///< a fault of the scenario spoils the readings of this sensor
+  bool may_fail = false;  ///< a fault of the scenario concerns its readings or its connection
   nlohmann::ordered_json settings = nlohmann::ordered_json::object();  ///< what the device's kind makes of it
 };
 
@@ -132,8 +132,9 @@ struct FaultEntry {
     kEmergencyStop,  ///< the button is pressed: the core's latch, and the brakes of every arm by a circuit of their own
     kReset,          ///< the button is pulled, the latch reset, every arm released
     kPush,           ///< somebody pushes a body
-    kSensor,         ///< the readings of a sensor are wrong for a while
-    kToolChanger     ///< a tool changer has no air for a while, or its lock is open by itself
+    kSensor,         ///< the readings of a sensor or an input are wrong for a while
+    kToolChanger,    ///< a tool changer has no air for a while, or its lock is open by itself
+    kDevice          ///< the connection to an arm, a base or a gripper fails for a while, or its fingers are jammed
   };
   Kind kind = Kind::kStop;
   Nanoseconds at = 0;
@@ -143,9 +144,9 @@ struct FaultEntry {
   Nanoseconds brakes_after = kSecond;
   std::string body;                                 ///< of a push: "DEVICE/LINK" or "OBJECT"
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< at its centre of mass, in the world, N
-  Nanoseconds duration = kSecond;                   ///< of a push, of wrong readings, of a fault of a tool changer
-  std::string sensor;                               ///< whose readings are wrong
-  SensorFault readings;                             ///< how
+  Nanoseconds duration = kSecond;                   ///< of a push, and of what is wrong for a while
+  std::string device;                               ///< of wrong readings, of a connection: whose
+  DeviceFault wrong;                                ///< and what
   std::string changer;                              ///< of a tool changer's fault
   bool opens = false;                               ///< the lock opens; else its air is gone
   std::string pointer;

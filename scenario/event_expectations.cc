@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "record/curves.h"
 #include "scenario/part_expectations.h"
 #include "scenario/step_window.h"
 
@@ -40,10 +43,36 @@ EventPattern read_pattern(ObjectReader& reader, const StepNames& steps) {
 
 constexpr Range kTime{.low = 0.0, .high = 3600.0};
 
+/// Since the node that "during" names has begun, or since the run has. Only steps tell that they begin: a node around
+/// them begins with its first one.
+class StepClock {
+ public:
+  explicit StepClock(std::string node) : node_(std::move(node)) {}
+
+  /// @return s
+  [[nodiscard]] double at(const LogEntry& entry) {
+    if (!node_.empty() && entry.source == "program" && entry.name == "begin") begins(entry);
+    return to_seconds(entry.time - begin_);
+  }
+
+ private:
+  void begins(const LogEntry& entry) {
+    const std::string_view found = node_in(entry.step, node_);
+    const bool itself = found.size() == std::string_view(entry.step).size();
+    if (found.empty() || (!itself && found == running_)) return;
+    running_ = found;
+    begin_ = entry.time;
+  }
+
+  std::string node_, running_;  ///< running: with the path that leads to it
+  Nanoseconds begin_ = 0;
+};
+
 class EventExpectation final : public Expectation {
  public:
   EventExpectation(ObjectReader& reader, const StepNames& steps)
       : pattern_(read_pattern(reader, steps)),
+        clock_(pattern_.during),
         from_s_(reader.number("from_s", 0.0, kTime)),
         to_s_(reader.number("to_s", kTime.high, kTime)) {
     if (reader.has("times")) least_ = most_ = reader.integer("times", {}, kNotNegative);
@@ -56,11 +85,11 @@ class EventExpectation final : public Expectation {
   }
 
   void happened(const LogEntry& entry) override {
+    const double time = clock_.at(entry);
     if (!pattern_.fits(entry)) return;
-    const double time = to_seconds(entry.time);
     const bool in_time = time >= from_s_ && time <= to_s_;
     (in_time ? count_ : outside_) += 1;
-    if (first_s_ < 0.0) first_s_ = time;
+    if (first_s_ < 0.0) first_s_ = to_seconds(entry.time);
   }
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
     ExpectationResult result;
@@ -68,7 +97,9 @@ class EventExpectation final : public Expectation {
     result.value = static_cast<double>(count_);
     result.measured = fmt::format("{}: {} times", pattern_.words(), count_);
     if (first_s_ >= 0.0) result.measured += fmt::format(", first at {:.3f} s", first_s_);
-    if (outside_ > 0) result.measured += fmt::format(", {} times outside of {:g} to {:g} s", outside_, from_s_, to_s_);
+    if (outside_ > 0)
+      result.measured += fmt::format(", {} times outside of {:g} to {:g} s{}", outside_, from_s_, to_s_,
+                                     pattern_.during.empty() ? "" : " of the step");
     result.measured +=
         most_ == kMany ? fmt::format(" (at least {})", least_) : fmt::format(" ({} to {} times)", least_, most_);
     return result;
@@ -77,6 +108,7 @@ class EventExpectation final : public Expectation {
  private:
   static constexpr std::int64_t kMany = std::numeric_limits<std::int64_t>::max();
   EventPattern pattern_;
+  StepClock clock_;
   double from_s_, to_s_, first_s_ = -1.0;
   std::int64_t least_ = 1, most_ = kMany, count_ = 0, outside_ = 0;
 };
@@ -153,11 +185,11 @@ class ContactsExpectation final : public Expectation {
       if (both.size() != 2)
         reader.diagnostics().error(Code::kWrongSize, pointer, fmt::format("{} names", both.size()), "two");
       for (std::size_t side = 0; side < both.size(); ++side)
-        if (std::ranges::find(names, both[side]) == names.end())
+        if (std::ranges::none_of(names, [&](const auto& name) { return record::matches(both[side], name); }))
           reader.diagnostics().error(Code::kUnknownName, pointer + pointer_segment(side),
                                      fmt::format("there is nothing called '{}'", both[side]),
                                      nearest_choice(both[side], names));
-      if (both.size() == 2) only_.emplace_back(std::min(both[0], both[1]), std::max(both[0], both[1]));
+      if (both.size() == 2) only_.emplace_back(both[0], both[1]);
     }
   }
 
@@ -165,7 +197,7 @@ class ContactsExpectation final : public Expectation {
     ExpectationResult result{.passed = true};
     std::string others;
     for (const auto& [pair, touch] : outcome.contacts) {
-      if (std::ranges::find(only_, pair) != only_.end()) continue;
+      if (is_expected(pair.first, pair.second)) continue;
       result.passed = false;
       result.value = std::max(result.value, touch.force);
       others += fmt::format("{}'{}' and '{}' at {:.3f} s, {:.1f} N at most", others.empty() ? "" : "; ", pair.first,
@@ -176,7 +208,15 @@ class ContactsExpectation final : public Expectation {
   }
 
  private:
-  std::vector<std::pair<std::string, std::string>> only_;
+  [[nodiscard]] bool is_expected(std::string_view a, std::string_view b) const {
+    return std::ranges::any_of(only_, [&](const auto& pair) {
+      const auto& [first, second] = pair;
+      return (record::matches(first, a) && record::matches(second, b)) ||
+             (record::matches(first, b) && record::matches(second, a));
+    });
+  }
+
+  std::vector<std::pair<std::string, std::string>> only_;  ///< names with * for any letters
 };
 
 }  // namespace

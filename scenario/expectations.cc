@@ -14,12 +14,11 @@
 #include "core/base/object_reader.h"
 #include "core/net/description.h"
 #include "core/net/registry.h"
-#include "scenario/degrees.h"
 #include "scenario/device_expectations.h"
 #include "scenario/pair_expectations.h"
 #include "scenario/part_expectations.h"
+#include "scenario/pose_expectations.h"
 #include "scenario/step_window.h"
-#include "scenario/true_poses.h"
 
 namespace takt::scenario {
 namespace {
@@ -30,129 +29,6 @@ std::vector<std::string> keys_of(const Map& map) {
   for (const auto& [key, value] : map) keys.push_back(key);
   return keys;
 }
-
-double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
-}
-
-ExpectationResult pose_result(const std::string& what, const Eigen::Isometry3d& measured,
-                              const Eigen::Isometry3d& wanted, double within_m, double within_rad) {
-  const double distance = (measured.translation() - wanted.translation()).norm();
-  const double angle = angle_between(measured, wanted);
-  ExpectationResult result;
-  result.passed = distance <= within_m && angle <= within_rad;
-  result.value = distance;
-  result.unit = "m";
-  result.upper = within_m;
-  result.measured = fmt::format("{} off by {:.3f} mm (at most {:.3f}) and {:.3f} deg (at most {:.3f})", what,
-                                1e3 * distance, 1e3 * within_m, angle / kDegree, within_rad / kDegree);
-  return result;
-}
-
-class EstimateExpectation final : public Expectation {
- public:
-  EstimateExpectation(ObjectReader& reader, const BuiltCell& built)
-      : estimate_(reader.text("estimate")),
-        object_(reader.choice("of", keys_of(built.cell.objects))),
-        within_m_(reader.number("position_within_m", {}, kPositive)),
-        within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {}
-
-  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    const auto found = outcome.variables.estimates.find(estimate_);
-    if (found == outcome.variables.estimates.end()) {
-      return {.measured = fmt::format("nothing was estimated as '{}'", estimate_)};
-    }
-    return pose_result(fmt::format("'{}'", estimate_), found->second, true_pose(outcome.built, object_), within_m_,
-                       within_rad_);
-  }
-
- private:
-  std::string estimate_, object_;
-  double within_m_, within_rad_;
-};
-
-/// Key "arm": with a single one there is nothing to choose.
-std::string read_arm_name(ObjectReader& reader, const BuiltCell& built) {
-  const auto arms = keys_of(built.cell.arms);
-  return reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
-}
-
-/// Where something has to end, from the keys that say a pose and how near.
-class WantedPose {
- public:
-  WantedPose(ObjectReader& reader, const BuiltCell& built)
-      : in_(reader.text("in", "world")),
-        X_(reader.pose()),
-        within_m_(reader.number("position_within_m", {}, kPositive)),
-        within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {
-    const auto X_WI = built.cell.frames.pose(in_);
-    if (X_WI) {
-      X_WI_ = *X_WI;
-    } else {
-      reader.diagnostics().append(X_WI.error(), reader.at("in"));
-    }
-  }
-
-  [[nodiscard]] ExpectationResult judge(const std::string& name, const Eigen::Isometry3d& X_W,
-                                        const BuiltCell& built) const {
-    const auto X_WI = rides(built, in_) ? true_frame(built, in_) : X_WI_;
-    if (!X_WI) return {.measured = fmt::format("it is not known what '{}' depends on", in_)};
-    return pose_result(fmt::format("'{}'", name), X_W, *X_WI * X_, within_m_, within_rad_);
-  }
-
- private:
-  std::string in_;
-  Eigen::Isometry3d X_;
-  std::optional<Eigen::Isometry3d> X_WI_;  ///< of a frame that stands: where it is believed to be at the start
-  double within_m_, within_rad_;
-};
-
-class ObjectPoseExpectation final : public Expectation {
- public:
-  ObjectPoseExpectation(ObjectReader& reader, const BuiltCell& built)
-      : object_(reader.choice("object", keys_of(built.cell.objects))), wanted_(reader, built) {}
-  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    return wanted_.judge(object_, true_pose(outcome.built, object_), outcome.built);
-  }
-
- private:
-  std::string object_;
-  WantedPose wanted_;
-};
-
-/// What the program believes of a frame or an object against where it truly is.
-class BeliefExpectation final : public Expectation {
- public:
-  BeliefExpectation(ObjectReader& reader, const BuiltCell& built)
-      : frame_(reader.choice("frame", built.cell.frames.names())),
-        within_m_(reader.number("position_within_m", {}, kPositive)),
-        within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {}
-
-  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    const auto believed = outcome.built.cell.frames.pose(frame_);
-    const auto truth = true_frame(outcome.built, frame_);
-    if (!believed || !truth) return {.measured = fmt::format("it is not known where '{}' is", frame_)};
-    return pose_result(fmt::format("the belief of '{}'", frame_), *believed, *truth, within_m_, within_rad_);
-  }
-
- private:
-  std::string frame_;
-  double within_m_, within_rad_;
-};
-
-/// Where the tool of an arm, or a base, really is: not where its own measurements say.
-class ToolPoseExpectation final : public Expectation {
- public:
-  ToolPoseExpectation(ObjectReader& reader, const BuiltCell& built)
-      : arm_(read_arm_name(reader, built)), wanted_(reader, built) {}
-  [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
-    return wanted_.judge(arm_, true_tool(outcome.built, arm_), outcome.built);
-  }
-
- private:
-  std::string arm_;
-  WantedPose wanted_;
-};
 
 /// Of the true force between two things.
 class BetweenExpectation : public Expectation {
@@ -430,10 +306,10 @@ class Named final : public Expectation {
 
 std::unique_ptr<Expectation> make_one(const std::string& kind, ObjectReader& reader, BuiltCell& built,
                                       const std::optional<std::vector<std::string>>& steps) {
-  if (kind == "estimate") return std::make_unique<EstimateExpectation>(reader, built);
-  if (kind == "belief") return std::make_unique<BeliefExpectation>(reader, built);
-  if (kind == "object_pose") return std::make_unique<ObjectPoseExpectation>(reader, built);
-  if (kind == "tool_pose") return std::make_unique<ToolPoseExpectation>(reader, built);
+  if (kind == "estimate") return estimate_expectation(reader, built);
+  if (kind == "belief") return belief_expectation(reader, built);
+  if (kind == "object_pose") return object_pose_expectation(reader, built, steps);
+  if (kind == "tool_pose") return tool_pose_expectation(reader, built, steps);
   if (kind == "contact_force") return std::make_unique<ContactForceExpectation>(reader, built, steps);
   if (kind == "mean_force") return std::make_unique<MeanForceExpectation>(reader, built);
   if (kind == "peak_force") return std::make_unique<PeakForceExpectation>(reader, built);
@@ -479,7 +355,8 @@ const std::vector<ExpectationKind>& expectation_kinds() {
       {"monitor",
        "The last value that a net's monitor showed. Keys: net, monitor, and at_least, at_most (numbers) or is (any)."},
       {"object_pose",
-       "An object ends near a pose. Keys: object, in, position_m, rpy_deg, position_within_m, angle_within_deg."},
+       "An object is truly near a pose, at the end or while a step runs. Keys: object, in, position_m, rpy_deg or "
+       "quaternion, position_within_m, angle_within_deg, during."},
       {"order",
        "Several things of the log happen one after the other. Keys: events, each with source, event, text, during, "
        "within_s after the one before it."},
@@ -495,8 +372,9 @@ const std::vector<ExpectationKind>& expectation_kinds() {
        "What an input or output is at the end, and how often it rose. Keys: signal; is, rises; or at_least, at_most."},
       {"step", "A named step has run. Keys: step."},
       {"tool_pose",
-       "The tool of an arm, or a base, truly ends near a pose. Keys: arm, in, position_m, rpy_deg or quaternion, "
-       "position_within_m, angle_within_deg."},
+       "The tool of an arm, or a base, is truly near a pose, at the end or while a step runs. Keys: arm, in, "
+       "position_m, "
+       "rpy_deg or quaternion, position_within_m, angle_within_deg, during."},
       {"value",
        "The value of an expression while a step runs, or all along. Keys: value, during; at_least, at_most, share of "
        "the "

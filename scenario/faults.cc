@@ -5,7 +5,10 @@
 #include <memory>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+
+#include "scenario/faulty_readings.h"
 
 namespace takt::scenario {
 namespace {
@@ -15,10 +18,21 @@ using FaultKind = FaultEntry::Kind;
 
 constexpr const char* kLatchName = "emergency_stop";
 const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset",
-                                         "push", "sensor",  "tool_changer"};  // in the order of FaultKind
+                                         "push", "sensor",  "tool_changer",   "device"};  // in the order of FaultKind
 const std::vector<std::string> kLockFaults = {"no_air", "opens"};
-const std::vector<std::string> kReadings = {"silent", "nan",   "stuck",
-                                            "bias",   "noise", "delay"};  // in the order of SensorFault::Kind
+const std::vector<std::string> kWrong = {"silent", "nan",   "stuck", "bias", "noise",
+                                         "delay",  "value", "gone",  "loss", "jammed"};  // of DeviceFault::Kind
+const std::vector<std::string> kOfReadings = {"silent", "nan", "stuck", "bias", "noise", "delay", "value", "loss"};
+const std::vector<std::string> kOfConnections = {"gone", "loss", "jammed"};
+
+const std::string& word_of(DeviceFault::Kind kind) { return kWrong[static_cast<std::size_t>(kind)]; }
+
+/// What a fault point can have, in the words of the file.
+std::vector<std::string> words_of_point(const FaultPoint& point) {
+  std::vector<std::string> words;
+  for (const DeviceFault::Kind kind : point.kinds()) words.push_back(word_of(kind));
+  return words;
+}
 
 Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(1e9 * seconds)); }
 
@@ -28,23 +42,50 @@ void read_push(ObjectReader& reader, FaultEntry& fault) {
   fault.duration = nanoseconds(reader.number("seconds", 1.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
 }
 
-void read_sensor(ObjectReader& reader, FaultEntry& fault) {
-  using Kind = SensorFault::Kind;
-  constexpr double kLongest = 1e-3 * FaultySensor::kKept;  // s, of readings once a cycle
-  fault.sensor = reader.text("sensor");
-  const auto word = std::ranges::find(kReadings, reader.choice("fault", kReadings));
-  if (word != kReadings.end()) fault.readings.kind = static_cast<Kind>(word - kReadings.begin());
-  const bool adds = fault.readings.kind == Kind::kBias || fault.readings.kind == Kind::kNoise;
-  if (adds) {
-    fault.readings.wrench.force = reader.vector("force_N", Eigen::Vector3d(Eigen::Vector3d::Zero()));
-    fault.readings.wrench.torque = reader.vector("torque_Nm", Eigen::Vector3d(Eigen::Vector3d::Zero()));
-    if (!reader.has("force_N") && !reader.has("torque_Nm"))
-      reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is added to the readings",
-                                 "\"force_N\" or \"torque_Nm\"");
-  }
-  if (fault.readings.kind == Kind::kDelay)
-    fault.readings.delay = nanoseconds(reader.number("delay_s", {}, {.low = 0.0, .high = kLongest, .low_open = true}));
+/// "fault": one of these words.
+DeviceFault::Kind read_wrong(ObjectReader& reader, const std::vector<std::string>& words) {
+  const std::string chosen = reader.choice("fault", words);
+  const auto word = std::ranges::find(kWrong, chosen);
+  return word == kWrong.end() ? DeviceFault::Kind::kSilent : static_cast<DeviceFault::Kind>(word - kWrong.begin());
+}
+
+/// In N and Nm of a force/torque sensor, else in the unit of the input.
+void read_added(ObjectReader& reader, DeviceFault& wrong) {
+  wrong.wrench.force = reader.vector("force_N", Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  wrong.wrench.torque = reader.vector("torque_Nm", Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  wrong.value = reader.number("value", 0.0);
+  if (!reader.has("force_N") && !reader.has("torque_Nm") && !reader.has("value"))
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is added to the readings",
+                               "\"force_N\" or \"torque_Nm\"; of an input \"value\"");
+}
+
+double read_input_value(ObjectReader& reader) {
+  const Json* value = reader.child("value");
+  return value != nullptr && value->is_boolean() ? (value->get<bool>() ? 1.0 : 0.0) : reader.number("value");
+}
+
+void read_wrong_while(ObjectReader& reader, FaultEntry& fault) {
+  if (fault.wrong.kind == DeviceFault::Kind::kLoss)
+    fault.wrong.share = reader.number("share", {}, {.low = 0.0, .high = 1.0, .low_open = true});
   fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
+}
+
+void read_sensor(ObjectReader& reader, FaultEntry& fault) {
+  using Kind = DeviceFault::Kind;
+  constexpr double kLongest = 1e-3 * ReadingFaults<device::WrenchSample>::kKept;  // s, of readings once a cycle
+  fault.device = reader.text("sensor");
+  fault.wrong.kind = read_wrong(reader, kOfReadings);
+  if (fault.wrong.kind == Kind::kBias || fault.wrong.kind == Kind::kNoise) read_added(reader, fault.wrong);
+  if (fault.wrong.kind == Kind::kValue) fault.wrong.value = read_input_value(reader);
+  if (fault.wrong.kind == Kind::kDelay)
+    fault.wrong.delay = nanoseconds(reader.number("delay_s", {}, {.low = 0.0, .high = kLongest, .low_open = true}));
+  read_wrong_while(reader, fault);
+}
+
+void read_connection(ObjectReader& reader, FaultEntry& fault) {
+  fault.device = reader.text("device");
+  fault.wrong.kind = read_wrong(reader, kOfConnections);
+  read_wrong_while(reader, fault);
 }
 
 void read_lock(ObjectReader& reader, FaultEntry& fault) {
@@ -81,11 +122,48 @@ FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics&
     read_sensor(reader, fault);
   } else if (fault.kind == FaultKind::kToolChanger) {
     read_lock(reader, fault);
+  } else if (fault.kind == FaultKind::kDevice) {
+    read_connection(reader, fault);
   } else {
     read_stop(reader, fault);
   }
   reader.finish();
   return fault;
+}
+
+/// Names of what can have wrong readings, or a connection that fails.
+std::vector<std::string> names_of_points(FaultKind kind, const command::Cell& cell) {
+  std::vector<std::string> names;
+  const auto add = [&](const auto& devices) {
+    for (const auto& [name, device] : devices) names.push_back(name);
+  };
+  if (kind == FaultKind::kSensor) {
+    add(cell.sensors);
+    add(cell.digital_inputs);
+    add(cell.analog_inputs);
+  } else {
+    add(cell.arms);
+    add(cell.grippers);
+  }
+  return names;
+}
+
+void check_fault_point(const FaultEntry& fault, const BuiltCell& built, Diagnostics& diagnostics) {
+  if (fault.kind != FaultKind::kSensor && fault.kind != FaultKind::kDevice) return;
+  const std::vector<std::string> names = names_of_points(fault.kind, built.cell);
+  const auto point = built.fault_points.find(fault.device);
+  if (point == built.fault_points.end() || std::ranges::find(names, fault.device) == names.end()) {
+    const bool sensor = fault.kind == FaultKind::kSensor;
+    return diagnostics.error(
+        Code::kUnknownName, fault.pointer + (sensor ? "/sensor" : "/device"),
+        fmt::format("there is no {} '{}'", sensor ? "sensor or input" : "arm, base or gripper", fault.device),
+        nearest_choice(fault.device, names));
+  }
+  const auto kinds = point->second->kinds();
+  if (std::ranges::find(kinds, fault.wrong.kind) != kinds.end()) return;
+  diagnostics.error(Code::kInvalidValue, fault.pointer + "/fault",
+                    fmt::format("'{}' cannot have the fault '{}'", fault.device, word_of(fault.wrong.kind)),
+                    fmt::format("{}", fmt::join(words_of_point(*point->second), ", ")));
 }
 
 }  // namespace
@@ -107,13 +185,7 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Diagno
     if (fault.kind == FaultKind::kPush && built.world->body(fault.body) < 0)
       diagnostics.error(Code::kUnknownName, fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
                         "DEVICE/LINK with a link of its model, or an object that moves");
-    if (fault.kind == FaultKind::kSensor && !built.faulty_sensors.contains(fault.sensor)) {
-      std::vector<std::string> sensors;
-      for (const auto& [name, sensor] : built.cell.sensors) sensors.push_back(name);
-      diagnostics.error(Code::kUnknownName, fault.pointer + "/sensor",
-                        fmt::format("there is no force/torque sensor '{}'", fault.sensor),
-                        nearest_choice(fault.sensor, sensors));
-    }
+    check_fault_point(fault, built, diagnostics);
     if (fault.kind == FaultKind::kToolChanger && !built.cell.changers.contains(fault.changer)) {
       std::vector<std::string> changers;
       for (const auto& [name, changer] : built.cell.changers) changers.push_back(name);
@@ -144,7 +216,7 @@ void Faults::apply(const Note& note) {
   const Nanoseconds now = built_.core->time();
   for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], now, note);
   end_pushes(now);
-  end_readings(now, note);
+  end_wrong(now, note);
   end_lock_faults(now, note);
   if (!brakes_at_ || *brakes_at_ > now) return;
   brakes_at_.reset();
@@ -157,11 +229,11 @@ void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) 
     note("push", fmt::format("{} with {:g}, {:g}, {:g} N", fault.body, f.x(), f.y(), f.z()));
     return begin_push(fault, now);
   }
-  if (fault.kind == FaultKind::kSensor) {
-    note("sensor", fmt::format("{}: {} for {:g} s", fault.sensor,
-                               kReadings[static_cast<std::size_t>(fault.readings.kind)], to_seconds(fault.duration)));
-    built_.faulty_sensors.at(fault.sensor)->begin(fault.readings, seed_, fault.sensor);
-    readings_until_[fault.sensor] = now + fault.duration;
+  if (fault.kind == FaultKind::kSensor || fault.kind == FaultKind::kDevice) {
+    note(kWords[static_cast<std::size_t>(fault.kind)],
+         fmt::format("{}: {} for {:g} s", fault.device, word_of(fault.wrong.kind), to_seconds(fault.duration)));
+    built_.fault_points.at(fault.device)->begin(fault.wrong, seed_, fault.device);
+    wrong_until_[fault.device] = {now + fault.duration, fault.kind};
     return;
   }
   if (fault.kind == FaultKind::kToolChanger) return begin_lock_fault(fault, now, note);
@@ -197,11 +269,12 @@ void Faults::end_pushes(Nanoseconds now) {
   for (const Push& one : over) push(one.body);
 }
 
-void Faults::end_readings(Nanoseconds now, const Note& note) {
-  std::erase_if(readings_until_, [&](const auto& one) {
-    if (one.second > now) return false;
-    built_.faulty_sensors.at(one.first)->end();
-    note("sensor", fmt::format("{}: well again", one.first));
+void Faults::end_wrong(Nanoseconds now, const Note& note) {
+  std::erase_if(wrong_until_, [&](const auto& one) {
+    const auto& [until, kind] = one.second;
+    if (until > now) return false;
+    built_.fault_points.at(one.first)->end();
+    note(kWords[static_cast<std::size_t>(kind)], fmt::format("{}: well again", one.first));
     return true;
   });
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/object_reader.h"
@@ -42,7 +43,7 @@ class Faults {
   void press(const FaultEntry& fault, Nanoseconds now);
   void begin_push(const FaultEntry& fault, Nanoseconds now);
   void end_pushes(Nanoseconds now);
-  void end_readings(Nanoseconds now, const Note& note);
+  void end_wrong(Nanoseconds now, const Note& note);
   void begin_lock_fault(const FaultEntry& fault, Nanoseconds now, const Note& note);
   void end_lock_faults(Nanoseconds now, const Note& note);
   void set_lock_faults(const std::string& changer);
@@ -65,7 +66,7 @@ class Faults {
   BuiltCell& built_;
   std::uint64_t seed_;
   std::size_t next_ = 0;
-  std::map<std::string, Nanoseconds> readings_until_;  ///< sensors that read wrong
+  std::map<std::string, std::pair<Nanoseconds, FaultEntry::Kind>> wrong_until_;  ///< devices; how their fault came
   std::vector<Push> pushes_;
   std::vector<LockFault> lock_faults_;
   std::optional<Nanoseconds> brakes_at_;  ///< when the circuit of the button closes all brakes

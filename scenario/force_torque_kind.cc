@@ -5,6 +5,7 @@
 #include "scenario/cell_frames.h"
 #include "scenario/cell_models.h"
 #include "scenario/device_kinds.h"
+#include "scenario/faulty_readings.h"
 #include "sim/from_model.h"
 
 namespace takt::scenario {
@@ -65,8 +66,7 @@ class ForceTorqueKind final : public DeviceKind {
     const auto model = device.as<ForceTorqueDescription>();
     const std::string& name = device.entry->name;
     auto backend = built.borrowed<device::ForceTorqueBackend>(built.world->force_torque(name));
-    if (device.entry->may_read_wrong)
-      backend = built.faulty_sensors[name] = std::make_shared<FaultySensor>(std::move(backend));
+    if (device.entry->may_fail) backend = built.with_faults<FaultySensor>(name, std::move(backend));
     auto wired = built.site->wire(device, std::move(backend));
     auto& sensor =
         built.core->add(std::make_unique<device::ForceTorqueSensor>(name, wired.description, std::move(wired.backend)));

@@ -7,6 +7,7 @@
 #include "scenario/cell_builder.h"
 #include "scenario/cell_models.h"
 #include "scenario/device_kinds.h"
+#include "scenario/faulty_machines.h"
 #include "sim/from_model.h"
 
 namespace takt::scenario {
@@ -61,6 +62,7 @@ class GripperKind final : public DeviceKind {
     const std::string& name = device.entry->name;
     const LoadedDevice* arm = carrying_arm(device);  // null: it lies in a dock
     auto wired = built.site->wire(device, built.borrowed<device::GripperBackend>(built.world->gripper(name)));
+    if (device.entry->may_fail) wired.backend = built.with_faults<FaultyGripper>(name, std::move(wired.backend));
     auto backend = built.commands->tap(name, std::move(wired.backend));
     auto& gripper =
         built.core->add(std::make_unique<device::Gripper>(name, std::move(wired.description), std::move(backend)));

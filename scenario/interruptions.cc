@@ -24,6 +24,7 @@ constexpr int kLongWatch = 17;    ///< one case in so many is watched to the end
 constexpr double kSlow = 0.01;    ///< of the speed of a joint: what holds a force may follow a surface in a pause
 constexpr std::size_t kMostFailures = 20;
 constexpr int kAfterFault = 3000;  ///< cycles: a program that handles the fault is cancelled then
+constexpr int kSilent = 500;       ///< cycles for which a device says nothing
 
 }  // namespace
 
@@ -31,6 +32,23 @@ std::string_view Interruptions::name_of(Way way) {
   static constexpr std::array<std::string_view, kWays + 1> kNames = {
       "cancel", "pause", "abort", "stop of category 0", "stop of category 1", "stop of category 2", "fault"};
   return kNames[static_cast<std::size_t>(way)];
+}
+
+std::vector<std::string> Interruptions::failures() const {
+  std::vector<std::string> failures;
+  for (const Case& one : failed_)
+    failures.push_back(fmt::format("{} in cycle {}: {}", name_of(one.way), one.cycle, one.wrong));
+  return failures;
+}
+
+Interruptions Interruptions::again(const Case& tried) {
+  Interruptions one(Plan{});
+  one.tried_ = tried.number;
+  one.child_ = true;
+  one.long_watch_ = tried.number % kLongWatch == 0;
+  one.way_ = tried.way;
+  one.at_ = tried.cycle;
+  return one;
 }
 
 std::vector<Interruptions::Way> Interruptions::by_program(std::int64_t /*point*/) {
@@ -49,7 +67,7 @@ void Interruptions::before_cycle(Operator& panel) {
   if (built_ == nullptr) return;
   const std::int64_t cycle = built_->core->cycle();
   if (child_) return act(panel, cycle);
-  if (cycle < plan_.first || (cycle - plan_.first) % plan_.every != 0 || failures_.size() >= kMostFailures) return;
+  if (cycle < plan_.first || (cycle - plan_.first) % plan_.every != 0 || failed_.size() >= kMostFailures) return;
   for (const Way way : plan_.ways(points_++)) {
     fork_child(way, cycle);
     if (child_) return act(panel, cycle);
@@ -89,10 +107,11 @@ void Interruptions::hear(int from, int pid) {
   int status = 0;
   waitpid(pid, &status, 0);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0 && said.empty()) return;
-  failures_.push_back(fmt::format("{} in cycle {}: {}", name_of(way_), at_, said.empty() ? "the process ended" : said));
+  failed_.push_back({way_, at_, tried_, said.empty() ? "the process ended" : said});
 }
 
 void Interruptions::act(Operator& panel, std::int64_t cycle) {
+  if (cycle < at_) return;
   const bool now = cycle == at_;
   switch (way_) {
     case Way::kCancel:
@@ -115,15 +134,30 @@ void Interruptions::act(Operator& panel, std::int64_t cycle) {
   }
 }
 
-/// Which arm, and how it stops, follows from how often it has been tried.
 void Interruptions::fault(Operator& panel, std::int64_t cycle) {
+  if (cycle == at_) break_something();
+  if (cycle == at_ + kSilent) end_faults();
   if (cycle == at_ + kAfterFault) panel.cancel();
-  if (cycle != at_ || built_->cell.arms.empty()) return;
-  const auto turn = static_cast<std::size_t>(tried_);
-  const auto arm = std::next(built_->cell.arms.begin(), static_cast<std::ptrdiff_t>(turn % built_->cell.arms.size()));
+}
+
+/// What it is follows from how often something has been tried.
+void Interruptions::break_something() const {
   constexpr std::size_t kCategories = 3;
+  const std::size_t arms = built_->cell.arms.size(), stops = kCategories * arms;
+  const auto& points = built_->fault_points;
+  if (stops + points.size() == 0) return;
+  const std::size_t turn = static_cast<std::size_t>(tried_) % (stops + points.size());
+  if (turn >= stops) {
+    const auto& [name, point] = *std::next(points.begin(), static_cast<std::ptrdiff_t>(turn - stops));
+    return point->begin({.kind = point->kinds().front()}, 0, name);
+  }
+  const auto arm = std::next(built_->cell.arms.begin(), static_cast<std::ptrdiff_t>(turn % arms));
   if (sim::SimArm* machine = built_->world->arm(arm->first))
-    machine->stop(static_cast<device::StopCategory>(turn / built_->cell.arms.size() % kCategories));
+    machine->stop(static_cast<device::StopCategory>(turn / arms));
+}
+
+void Interruptions::end_faults() const {
+  for (const auto& [name, point] : built_->fault_points) point->end();
 }
 
 /// A pause ends when everything has stood for a while; the run goes on, and is cancelled, or comes to its end.
@@ -181,6 +215,7 @@ bool Interruptions::rests(const device::Arm& arm) const {
 }
 
 void Interruptions::come_to_rest(const BuiltCell& built) {
+  if (way_ == Way::kFault && built_ != nullptr) end_faults();
   const auto rests = [this](const auto& entry) {
     return this->rests(*entry.second.device) && !entry.second.device->held();
   };

@@ -22,8 +22,9 @@ namespace takt::scenario {
 /// Thread: the one that steps the core. Realtime: setup.
 class Interruptions {
  public:
-  /// kFault: an arm stops by itself, the arms and the categories of stops in turn; a program that goes on after that is
-  /// cancelled three seconds later.
+  /// kFault: in turn an arm stops by itself, in each category, or a device falls silent for half a second (of the
+  /// cell's fault points the plainest of their kinds); a program that goes on after that is cancelled three seconds
+  /// later.
   enum class Way { kCancel, kPause, kAbort, kStop0, kStop1, kStop2, kFault };
   static constexpr int kWays = 6;  ///< of people: the first of them
   [[nodiscard]] static std::string_view name_of(Way way);
@@ -37,7 +38,17 @@ class Interruptions {
   /// Cancel, pause and abort.
   [[nodiscard]] static std::vector<Way> by_program(std::int64_t point);
 
+  /// One that was tried.
+  struct Case {
+    Way way = Way::kCancel;
+    std::int64_t cycle = 0;
+    int number = 0;  ///< from 1 on, in the order of trying: which arm has a fault follows from it
+    std::string wrong = {};
+  };
+
   explicit Interruptions(Plan plan) : plan_(std::move(plan)) {}
+  /// The same interruption once more, in a run of its own and without a fork: nobody is answered.
+  [[nodiscard]] static Interruptions again(const Case& tried);
   [[nodiscard]] Plan& plan() { return plan_; }
 
   /// Takes the panel of the run, and looks at each cycle.
@@ -66,8 +77,10 @@ class Interruptions {
   [[nodiscard]] static int braking_cycles(const BuiltCell& built);
 
   [[nodiscard]] int tried() const { return tried_; }
-  /// "pause in cycle 1200: ...". After twenty nothing more is tried.
-  [[nodiscard]] const std::vector<std::string>& failures() const { return failures_; }
+  /// What was wrong. After twenty nothing more is tried.
+  [[nodiscard]] const std::vector<Case>& failed() const { return failed_; }
+  /// The same in words: "pause in cycle 1200: ...".
+  [[nodiscard]] std::vector<std::string> failures() const;
 
  private:
   void before_cycle(Operator& panel);
@@ -76,13 +89,15 @@ class Interruptions {
   void act(Operator& panel, std::int64_t cycle);
   void pause(Operator& panel, std::int64_t cycle);
   void fault(Operator& panel, std::int64_t cycle);
+  void break_something() const;
+  void end_faults() const;
   [[nodiscard]] std::string faster_than(double most) const;
   [[nodiscard]] bool rests(const device::Arm& arm) const;
 
   Plan plan_;
   std::int64_t points_ = 0;
   int tried_ = 0;
-  std::vector<std::string> failures_;
+  std::vector<Case> failed_;
   const BuiltCell* built_ = nullptr;
   std::map<std::string, std::unique_ptr<LimitMonitor>> monitors_;
 

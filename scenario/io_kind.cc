@@ -164,19 +164,19 @@ class IoKind final : public DeviceKind {
     Diagnostics ignored;  // checked before
     const auto terminals = terminals_of(*device.entry, *device.as<IoDescription>(), ignored);
     const auto wired = built.site->wire(device, simulated_terminals(*device.entry, *device.as<IoDescription>(), built));
-    for (const Terminal& terminal : terminals) add(terminal, wired, built);
+    for (const Terminal& terminal : terminals) add(terminal, wired, device.entry->may_fail, built);
   }
 
  private:
-  static void add(const Terminal& terminal, const SiteDevices::WiredIo& wired, BuiltCell& built) {
+  static void add(const Terminal& terminal, const SiteDevices::WiredIo& wired, bool may_fail, BuiltCell& built) {
     const std::string& name = terminal.name;
     const IoChannel& channel = *terminal.channel;
     switch (channel.kind) {
       case IoChannel::Kind::kDigitalInput:
-        built.cell.digital_inputs[name] = &add_input(terminal, wired.terminals.digital_inputs, wired, built);
+        built.cell.digital_inputs[name] = &add_input(terminal, wired.terminals.digital_inputs, wired, may_fail, built);
         break;
       case IoChannel::Kind::kAnalogInput:
-        built.cell.analog_inputs[name] = &add_input(terminal, wired.terminals.analog_inputs, wired, built);
+        built.cell.analog_inputs[name] = &add_input(terminal, wired.terminals.analog_inputs, wired, may_fail, built);
         break;
       case IoChannel::Kind::kDigitalOutput:
         built.cell.digital_outputs[name] = &add_output(terminal, wired.terminals.digital_outputs, built);
@@ -194,11 +194,13 @@ class IoKind final : public DeviceKind {
 
   template <class T>
   static device::SignalInput<T>& add_input(const Terminal& terminal, const Inputs<T>& inputs,
-                                           const SiteDevices::WiredIo& wired, BuiltCell& built) {
+                                           const SiteDevices::WiredIo& wired, bool may_fail, BuiltCell& built) {
+    auto backend = inputs.at(terminal.channel->name);
+    if (may_fail) backend = built.with_faults<FaultyInput<T>>(terminal.name, std::move(backend));
     device::SignalInputDescription<T> description{.unit = terminal.channel->is_analog() ? terminal.channel->unit : "",
                                                   .sample_age_max = wired.description->sample_age_max};
-    return built.core->add(std::make_unique<device::SignalInput<T>>(terminal.name, std::move(description),
-                                                                    inputs.at(terminal.channel->name)));
+    return built.core->add(
+        std::make_unique<device::SignalInput<T>>(terminal.name, std::move(description), std::move(backend)));
   }
   template <class T>
   static device::SignalOutput<T>& add_output(const Terminal& terminal, const Outputs<T>& outputs, BuiltCell& built) {

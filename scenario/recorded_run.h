@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/diagnostics.h"
@@ -15,5 +16,8 @@ namespace takt::scenario {
 [[nodiscard]] Result<Description> recorded_scenario(const record::Recording& recording,
                                                     const std::vector<Override>& overrides = {},
                                                     std::optional<std::uint64_t> seed = {});
+
+/// Name of the step at which the recorded program was entered (run --from); empty: its beginning. Realtime: setup.
+[[nodiscard]] std::string recorded_entry(const record::Recording& recording);
 
 }  // namespace takt::scenario

@@ -15,6 +15,7 @@
 #include "scenario/recorded_run.h"
 #include "scenario/run_film.h"
 #include "scenario/run_recorder.h"
+#include "scenario/step_window.h"
 #include "sim/film.h"
 
 namespace takt::scenario {
@@ -126,9 +127,9 @@ std::vector<sim::CameraCut> cuts_of(const Description& description, const std::v
   std::vector<sim::CameraCut> cuts{{0, first}};
   for (const LogEntry& event : events) {
     if (event.source != "program" || event.name != "begin") continue;
-    for (const FilmEntry::Cut& cut : description.film.cuts) {
-      if (cut.step == event.text) cuts.push_back({event.time, cut.camera});
-    }
+    const auto cut = std::ranges::find_if(description.film.cuts,
+                                          [&](const FilmEntry::Cut& one) { return ends_with(event.step, one.step); });
+    if (cut != description.film.cuts.end()) cuts.push_back({event.time, cut->camera});
   }
   return cuts;
 }

@@ -35,6 +35,7 @@ Result<ReopenedRun> ReopenedRun::open(const record::Recording& recording, const 
   auto session = Session::create(std::move(*description), run.models_ ? run.models_->library() : otherwise);
   if (!session) return std::unexpected(std::move(session.error()));
   run.session_ = std::move(*session);
+  run.entry_ = recorded_entry(recording);
   return run;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "record/compare.h"
@@ -27,10 +28,13 @@ class ReopenedRun {
                                                 const device::ModelLibrary& otherwise, const Options& options);
 
   [[nodiscard]] Session& session() { return *session_; }
+  /// Where its program was entered; empty: at its beginning.
+  [[nodiscard]] const std::string& entry() const { return entry_; }
 
  private:
   std::optional<RecordedModels> models_;  ///< outlives the session
   std::unique_ptr<Session> session_;
+  std::string entry_;
 };
 
 /// Cycles of a recording that has all of them from the first one on. Diagnostics: it has not. Realtime: setup.

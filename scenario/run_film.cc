@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/expression/device_sensors.h"
+#include "scenario/step_window.h"
 
 namespace takt::scenario {
 namespace {
@@ -77,9 +78,17 @@ RunFilm::RunFilm(sim::Film film, std::unique_ptr<FilmMarks> marks, const Descrip
       commanded_(built),
       contacts_(built) {}
 
-Diagnostics RunFilm::step_begins(std::string_view name) {
+Diagnostics RunFilm::happened(const LogEntry& entry) {
+  caption_.happened(entry);
+  if (entry.source != "program" || entry.name != "begin") return {};
+  follows_log_ = true;
+  return cut_to(entry.step);
+}
+
+/// @param path  of the node that has begun
+Diagnostics RunFilm::cut_to(std::string_view path) {
   const auto& cuts = description_.film.cuts;
-  const auto cut = std::ranges::find(cuts, name, &FilmEntry::Cut::step);
+  const auto cut = std::ranges::find_if(cuts, [&](const FilmEntry::Cut& one) { return ends_with(path, one.step); });
   if (!cuts_ || cut == cuts.end()) return {};
   const auto shown = film_.set_camera(cut->camera);
   return shown ? Diagnostics{} : shown.error();
@@ -88,7 +97,7 @@ Diagnostics RunFilm::step_begins(std::string_view name) {
 Diagnostics RunFilm::add_state(const std::string& step, const command::Biases& biases) {
   if (step != step_) {
     step_ = step;
-    if (Diagnostics failed = step_begins(step); failed.has_errors()) return failed;
+    if (Diagnostics failed = follows_log_ ? Diagnostics{} : cut_to(step); failed.has_errors()) return failed;
   }
   const Nanoseconds now = built_.world->time();
   if (now < film_.next_time() || now > end_) return {};

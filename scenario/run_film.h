@@ -26,14 +26,13 @@ class RunFilm {
   [[nodiscard]] static Result<std::unique_ptr<RunFilm>> open(const RunOptions& options, const Description& description,
                                                              const BuiltCell& built);
 
-  /// Something happened: captions follow it.
-  void happened(const LogEntry& entry) { caption_.happened(entry); }
+  /// Something happened: captions follow it, and where a step or another node has begun the scenario's cut to its
+  /// camera, if there is one. @return diagnostics if the film cannot show that camera
+  [[nodiscard]] Diagnostics happened(const LogEntry& entry);
   /// What came of the run, if it did not do what it had to: shown in what is filmed from now on.
   void failed(const std::string& text) { caption_.fail(built_.world->time(), text); }
   /// What machines touched since the last call; each picture has the greatest forces since the one before.
   void touched(std::span<const sim::BodyContact> contacts) { contacts_.add(contacts); }
-  /// A named step has begun, also one of several at a time: the scenario's cut to its camera, if there is one.
-  [[nodiscard]] Diagnostics step_begins(std::string_view name);
   /// After a cycle: pictures that are due show what is now. @return diagnostics if drawing or encoding failed.
   [[nodiscard]] Diagnostics add_state(const std::string& step, const command::Biases& biases);
   /// As add_state() with what was shown last, `duration` longer: of a state that cannot go on.
@@ -45,6 +44,7 @@ class RunFilm {
  private:
   RunFilm(sim::Film film, std::unique_ptr<FilmMarks> marks, const Description& description, const BuiltCell& built,
           const RunOptions& options);
+  [[nodiscard]] Diagnostics cut_to(std::string_view path);
   void show_force(const command::Biases& biases, sim::Overlay& overlay) const;
   [[nodiscard]] sim::Marks marks_now();
   [[nodiscard]] Diagnostics push_due(const sim::Overlay& overlay, Nanoseconds now);
@@ -56,6 +56,7 @@ class RunFilm {
   bool cuts_;   ///< of the scenario
   bool waits_;  ///< the run, while the film has no room
   Nanoseconds end_;
+  bool follows_log_ = false;  ///< which tells what begins; else a program in C++ does, by the name of its step
   std::string step_;
   FilmCaption caption_;
   CommandedPositions commanded_;

@@ -33,6 +33,7 @@ constexpr LevelRow kLevels[] = {
     {kExpectationSource, "not held", LogLevel::kWarning},
     {"fault", "", LogLevel::kWarning},
     {"", "fault", LogLevel::kError},
+    {"", "guard", LogLevel::kError},
     {"", "lost", LogLevel::kWarning},
     {"run", "error", LogLevel::kError},
     {"run", "interrupted", LogLevel::kWarning},

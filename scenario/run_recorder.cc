@@ -85,6 +85,7 @@ Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::pa
                       {"title", description.title},
                       {"seed", std::to_string(description.seed)},
                       {"devices", to_text(built.site->realities())}};
+  if (!run.from.empty()) options.metadata["from"] = run.from;
   options.fingerprint = record::fingerprint({{"mujoco", mj_versionString()}});
   options.attachments.push_back({"scenario.json", "application/json", description.text});
   if (!description.site.text.empty())

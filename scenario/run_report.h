@@ -40,9 +40,10 @@ struct RunOptions {
   std::filesystem::path video;                                ///< MP4 file; empty = none
   double video_from = 0.0;                                    ///< s of simulated time at which the film begins
   double video_to = std::numeric_limits<double>::infinity();  ///< s at which it ends
-  std::string camera;                                         ///< overrides the film's first camera and its cuts
-  std::optional<sim::FreeCamera> view;                        ///< a camera that no file has, instead
-  std::optional<std::vector<std::string>> show;               ///< marks of the film, instead of the file's
+  std::string video_failure;  ///< what is wrong with this run: its film says so from its end on, for a second more
+  std::string camera;         ///< overrides the film's first camera and its cuts
+  std::optional<sim::FreeCamera> view;           ///< a camera that no file has, instead
+  std::optional<std::vector<std::string>> show;  ///< marks of the film, instead of the file's
   int width = 1280, height = 720, fps = 25;
   std::filesystem::path record;  ///< MCAP file; empty = none
   double record_last = 0.0;      ///< s: only so much is kept, and written if something goes wrong; 0: all

@@ -12,6 +12,7 @@
 #include "scenario/cell_run.h"
 #include "scenario/operator.h"
 #include "scenario/realtime_loop.h"
+#include "scenario/step_window.h"
 #include "sim/render_shapes.h"
 
 namespace takt::scenario {
@@ -111,6 +112,7 @@ Result<std::unique_ptr<Session>> Session::open(const std::filesystem::path& file
   if (description) {
     description->site = options.site;
     description->realtime = options.realtime;
+    for (DeviceEntry& device : description->devices) device.may_fail = device.may_fail || options.all_may_fail;
     description->image = options.image;
   }
   if (!diagnostics.has_errors())
@@ -147,9 +149,9 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   const auto names = program.names();
   for (std::size_t i = 0; i < description.film.cuts.size(); ++i) {
     const std::string& step = description.film.cuts[i].step;
-    if (std::ranges::find(names, step) != names.end()) continue;
-    diagnostics.error(Code::kUnknownName, fmt::format("/film/cuts/{}/step", i),
-                      fmt::format("there is no step '{}'", step), nearest_choice(step, names));
+    for (const std::string_view part : unknown_parts(step, names))
+      diagnostics.error(Code::kUnknownName, fmt::format("/film/cuts/{}/step", i),
+                        fmt::format("there is no step '{}'", part), nearest_choice(std::string(part), names));
   }
   if (diagnostics.has_errors()) return refuse(std::move(diagnostics));
   if (built.triangles > sim::kTriangleBudget) {

@@ -25,7 +25,8 @@ struct OpenOptions {
   bool measure_times = false;         ///< let the core measure its phases
   Site site = {};                     ///< back ends of the devices
   bool realtime = false;              ///< RunOptions::realtime will be set: nets have to fit into half of a period
-  std::filesystem::path image = {};   ///< gets a picture of the first collision of the rehearsal; empty: none
+  bool all_may_fail = false;  ///< every device gets a fault point (BuiltCell::fault_points), whatever the file's faults
+  std::filesystem::path image = {};  ///< gets a picture of the first collision of the rehearsal; empty: none
 };
 
 /// A scenario made ready: built, its program parsed and rehearsed, its expectations made. Runs once.

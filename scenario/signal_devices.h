@@ -5,14 +5,17 @@
 
 #include "core/device/signal.h"
 #include "scenario/cell_builder.h"
+#include "scenario/faulty_readings.h"
 
 namespace takt::scenario {
 
-/// Gives the core a canonical input on the simulated terminal or beam of that name. Realtime: setup.
+/// Gives the core a canonical input on the simulated terminal or beam of that name.
+/// @param may_fail  faults of the scenario can spoil it. Realtime: setup.
 template <class T>
 device::SignalInput<T>& add_input(const std::string& name, const std::string& unit, Nanoseconds sample_age_max,
-                                  BuiltCell& built) {
+                                  bool may_fail, BuiltCell& built) {
   auto backend = built.borrowed<device::SignalInputBackend<T>>(built.world->input(name));
+  if (may_fail) backend = built.with_faults<FaultyInput<T>>(name, std::move(backend));
   device::SignalInputDescription<T> description{.unit = unit, .sample_age_max = sample_age_max};
   return built.core->add(std::make_unique<device::SignalInput<T>>(name, std::move(description), std::move(backend)));
 }

@@ -91,6 +91,7 @@ Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle,
   options.measure_times = false;
   options.repeat = false;
   options.keep_blocks = true;
+  options.from = recorded_entry(recording);
   options.after_cycle = [&](BuiltCell& built) {
     again.reached = static_cast<std::uint64_t>(built.core->cycle()) > cycle;
     if (!again.reached) return true;

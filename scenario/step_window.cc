@@ -27,15 +27,40 @@ std::string_view take_part(std::string_view& path) {
 
 }  // namespace
 
-bool goes_through(std::string_view path, std::string_view name) {
-  std::string_view wanted = take_part(name);
-  while (!path.empty()) {
-    const std::string_view part = take_part(path);
-    if (part != wanted && name_of_part(part) != wanted) continue;
-    if (name.empty()) return true;
+std::string_view node_in(std::string_view path, std::string_view name) {
+  std::string_view rest = path, wanted = take_part(name);
+  while (!rest.empty()) {
+    const std::string_view part = take_part(rest);
+    const std::string_view plain = name_of_part(part);
+    if (part != wanted && plain != wanted) continue;
+    if (name.empty()) {
+      const auto end = static_cast<std::size_t>(part.data() - path.data()) + wanted.size();
+      return path.substr(0, end);
+    }
     wanted = take_part(name);
   }
-  return false;
+  return {};
+}
+
+bool goes_through(std::string_view path, std::string_view name) { return !node_in(path, name).empty(); }
+
+bool ends_with(std::string_view path, std::string_view name) {
+  const auto last = [](std::string_view whole) {
+    const std::size_t before = whole.rfind(kBetween);
+    return before == whole.npos ? whole : whole.substr(before + kBetween.size());
+  };
+  const std::string_view part = last(path), wanted = last(name);
+  return (part == wanted || name_of_part(part) == wanted) && goes_through(path, name);
+}
+
+std::vector<std::string_view> unknown_parts(std::string_view name, std::span<const std::string> steps) {
+  const auto known = [&](std::string_view one) { return std::ranges::find(steps, one) != steps.end(); };
+  std::vector<std::string_view> unknown;
+  while (!name.empty()) {
+    const std::string_view part = take_part(name);
+    if (!known(part) && !known(name_of_part(part))) unknown.push_back(part);
+  }
+  return unknown;
 }
 
 void StepWindow::look(std::span<const std::string> paths) {
@@ -48,13 +73,9 @@ std::string read_during(ObjectReader& reader, const StepNames& steps) {
   if (reader.has("during") && name.empty())
     reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "the name of a step");
   if (!steps) return name;
-  const auto known = [&](std::string_view one) { return std::ranges::find(*steps, one) != steps->end(); };
-  for (std::string_view rest = name; !rest.empty();) {
-    const std::string_view part = take_part(rest);
-    if (!known(part) && !known(name_of_part(part)))
-      reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),
-                                 nearest_choice(std::string(part), *steps));
-  }
+  for (const std::string_view part : unknown_parts(name, *steps))
+    reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),
+                               nearest_choice(std::string(part), *steps));
   return name;
 }
 

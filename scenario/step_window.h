@@ -3,6 +3,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/object_reader.h"
 #include "scenario/part_expectations.h"
@@ -28,6 +29,16 @@ class StepWindow {
 /// True if a path of steps ("sort / for_each (2) / grip") goes through a node of this name. A name may be that of one
 /// round ("for_each (2)") and may have the nodes around it before it ("sort / grip"), not all of them.
 [[nodiscard]] bool goes_through(std::string_view path, std::string_view name);
+
+/// The beginning of a path up to a node of that name, without its round if the name has none: equal for all steps of
+/// one run of the node. Empty: the path does not go through it.
+[[nodiscard]] std::string_view node_in(std::string_view path, std::string_view name);
+
+/// True if a path of steps ends with a node of this name: it has just begun. A name as of goes_through().
+[[nodiscard]] bool ends_with(std::string_view path, std::string_view name);
+
+/// The parts of such a name that are no steps. @param steps  names of the program's steps
+[[nodiscard]] std::vector<std::string_view> unknown_parts(std::string_view name, std::span<const std::string> steps);
 
 /// The key "during": what goes_through() takes as a name; a diagnostic for each node that does not exist.
 [[nodiscard]] std::string read_during(ObjectReader& reader, const StepNames& steps);

@@ -121,6 +121,7 @@ struct Traveller {
     options.measure_times = false;
     options.repeat = false;
     options.keep_blocks = true;
+    options.from = run.entry();
     options.tell = [this](const LogEntry& entry) {
       if (entry.source == "program" && entry.name == "begin") step = entry.step;
     };

@@ -1,7 +1,5 @@
 #include "scenario/true_poses.h"
 
-#include <algorithm>
-
 #include "core/expression/tool_settings.h"
 
 namespace takt::scenario {
@@ -36,15 +34,6 @@ std::optional<Isometry3d> true_frame(const BuiltCell& built, const std::string& 
     if (relation.kind == Kind::kChannel || relation.kind == Kind::kUnknown) return std::nullopt;
   }
   return X;
-}
-
-bool rides(const BuiltCell& built, const std::string& frame) {
-  const auto moves = [&](std::string_view name) {
-    const auto object = built.cell.objects.find(name);
-    const bool is_free = object != built.cell.objects.end() && !object->second.fixed;
-    return is_free || built.cell.frames.relation(name)->moves();
-  };
-  return std::ranges::any_of(built.cell.frames.path_to_world(frame), moves);
 }
 
 Isometry3d true_tool(const BuiltCell& built, const std::string& arm) {

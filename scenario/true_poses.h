@@ -15,9 +15,6 @@ namespace takt::scenario {
 /// knows what it depends on.
 [[nodiscard]] std::optional<Eigen::Isometry3d> true_frame(const BuiltCell& built, const std::string& frame);
 
-/// Where the frame is changes with machines or with objects that can be moved.
-[[nodiscard]] bool rides(const BuiltCell& built, const std::string& frame);
-
 /// The tool that an arm has where a step names none, in the world, m.
 [[nodiscard]] Eigen::Isometry3d true_tool(const BuiltCell& built, const std::string& arm);
 

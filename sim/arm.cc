@@ -277,23 +277,22 @@ void SimArm::supervise() {
 
 /// What the integral part of the position law adds. A spring gives way to friction as to anything else, so springs have
 /// none.
-JointVector SimArm::unknown_friction() {
+JointVector SimArm::unknown_friction(double duration) {
   if (compliance_.mode != ControlMode::kPosition) {
     friction_.reset();
     return zeros(q_.size());
   }
-  const double h = plant_.timestep;
-  const JointVector acceleration = friction_.acceleration(dq_, h);
+  const JointVector acceleration = friction_.acceleration(dq_, duration);
   JointVector modelled = q_;
   drives_.friction(dq_, modelled);
   const JointVector needed = plant_.chain.inverse_dynamics(q_, dq_, acceleration, plant_.gravity_B, payload_) +
                              plant_.armature.cwiseProduct(acceleration) + control_.friction_compensation * modelled;
-  friction_.update(needed, motor_torque_, h);
+  friction_.update(needed, motor_torque_, duration);
   return friction_.compensation(modelled, dq_);
 }
 
-void SimArm::compute_torque(double time_in_cycle) {
-  const double h = time_in_cycle;
+void SimArm::compute_torque(const Substep& step) {
+  const double h = step.begin();
   JointVector q_r = set_point_.q + h * set_point_.dq + (0.5 * h * h) * set_point_.ddq;
   if (plant_.drive) plant_.drive->steer(q_, set_point_.dq, q_r);
   const ArmTask task{.q = q_,
@@ -305,11 +304,11 @@ void SimArm::compute_torque(double time_in_cycle) {
                      .payload = payload_,
                      .X_FT = X_FT_};
   JointVector torque = law_.torque(task);
-  if (friction_.active()) torque += unknown_friction();
+  if (friction_.active()) torque += unknown_friction(step.duration);
   if (fade_ > 0.0) {
     if (fade_ == 1.0) fading_ = wanted_torque_ - torque;
     torque += fade_ * fading_;
-    fade_ = std::max(0.0, fade_ - plant_.timestep / kFadeTime);
+    fade_ = std::max(0.0, fade_ - step.duration / kFadeTime);
   }
   wanted_torque_ = torque;
   const JointVector& limit = plant_.chain.effort_limit();
@@ -326,11 +325,11 @@ void SimArm::take_set_point() {
   }
 }
 
-void SimArm::actuate(mjData_& data, int substep) {
-  if (substep == 0) take_set_point();
+void SimArm::actuate(mjData_& data, const Substep& step) {
+  if (step.number == 0) take_set_point();
   fresh_set_point_ = false;
   // At the begin of a cycle the drive still has what it measured at the end of the last one.
-  if (substep > 0) gather(data);
+  if (step.number > 0) gather(data);
   if (!braked_) supervise();
 
   JointVector torque = q_;
@@ -342,10 +341,11 @@ void SimArm::actuate(mjData_& data, int substep) {
     drives_.brake_torque(q_true_, dq_true_, held);
     torque = held - torque;
   } else {
-    compute_torque(substep * plant_.timestep);
-    torque = (plant_.drive ? plant_.drive->on_plant(motor_torque_, q_true_, dq_true_) : motor_torque_) - torque;
+    compute_torque(step);
+    torque = (plant_.drive ? plant_.drive->on_plant(motor_torque_, q_true_, dq_true_, step.duration) : motor_torque_) -
+             torque;
   }
-  if (plant_.drive) plant_.drive->turn_wheels(data, q_true_, dq_true_);
+  if (plant_.drive) plant_.drive->turn_wheels(data, q_true_, dq_true_, step.duration);
   joint_torque_ = torque;
   for (Eigen::Index i = 0; i < torque.size(); ++i) {
     data.qfrc_applied[plant_.velocity_address[static_cast<std::size_t>(i)]] = torque[i];

@@ -72,15 +72,15 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   [[nodiscard]] const JointVector& wanted_torque() const { return wanted_torque_; }
 
   void start(const mjData_& data) override;
-  void actuate(mjData_& data, int substep) override;
+  void actuate(mjData_& data, const Substep& step) override;
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
 
  private:
   void read_plant(const mjData_& data);
   void gather(const mjData_& data);
-  void compute_torque(double time_in_cycle);
-  [[nodiscard]] JointVector unknown_friction();
+  void compute_torque(const Substep& step);
+  [[nodiscard]] JointVector unknown_friction(double duration);
   void supervise();
   void protect();
   /// @param joint  that it is about; -1: none

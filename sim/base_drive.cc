@@ -14,9 +14,8 @@ Eigen::Vector2d turned(double angle, const Eigen::Vector2d& v) { return Eigen::R
 
 }  // namespace
 
-BaseDrive::BaseDrive(const SimDriveDescription& description, Wheels wheels, double timestep, std::uint64_t seed,
-                     const std::string& name)
-    : description_(description), wheels_(std::move(wheels)), timestep_(timestep), noise_(seed, name + "/odometry") {}
+BaseDrive::BaseDrive(const SimDriveDescription& description, Wheels wheels, std::uint64_t seed, const std::string& name)
+    : description_(description), wheels_(std::move(wheels)), noise_(seed, name + "/odometry") {}
 
 const kinematics::DifferentialDrive* BaseDrive::differential() const {
   return std::get_if<kinematics::DifferentialDrive>(&description_.drive);
@@ -66,26 +65,28 @@ void BaseDrive::steer(const JointVector& q, const JointVector& dq_r, JointVector
   q_r[2] += std::clamp(speed / kSlow, -1.0, 1.0) * std::atan(left / kLookAhead);
 }
 
-double BaseDrive::tyre_force(const kinematics::DifferentialDrive& drive, double speed_left) {
+double BaseDrive::tyre_force(const kinematics::DifferentialDrive& drive, double speed_left, double duration) {
   constexpr double kDamping = 0.05;  // s: damping over stiffness
   const double most = drive.lateral_force / drive.lateral_stiffness;
-  deflection_ = std::clamp(deflection_ + timestep_ * speed_left, -most, most);
+  deflection_ = std::clamp(deflection_ + duration * speed_left, -most, most);
   const double force = -drive.lateral_stiffness * (deflection_ + kDamping * speed_left);
   return std::clamp(force, -drive.lateral_force, drive.lateral_force);
 }
 
-JointVector BaseDrive::on_plant(const JointVector& force, const JointVector& q_true, const JointVector& dq_true) {
+JointVector BaseDrive::on_plant(const JointVector& force, const JointVector& q_true, const JointVector& dq_true,
+                                double duration) {
   JointVector result = force;
   if (!exact()) result.head<2>() = turned(last_.z() - counted_.z(), force.head<2>());
   const auto* drive = differential();
   if (drive == nullptr) return result;
   Eigen::Vector2d along = turned(-q_true[2], result.head<2>());
-  along.y() = tyre_force(*drive, turned(-q_true[2], dq_true.head<2>()).y());
+  along.y() = tyre_force(*drive, turned(-q_true[2], dq_true.head<2>()).y(), duration);
   result.head<2>() = turned(q_true[2], along);
   return result;
 }
 
-void BaseDrive::turn_wheels(mjData_& data, const JointVector& q_true, const JointVector& dq_true) const {
+void BaseDrive::turn_wheels(mjData_& data, const JointVector& q_true, const JointVector& dq_true,
+                            double duration) const {
   const Eigen::Vector2d v_F = turned(-q_true[2], dq_true.head<2>());
   const Eigen::Vector3d& p_FD = description_.X_FD.translation();
   const double w = dq_true[2];
@@ -95,7 +96,7 @@ void BaseDrive::turn_wheels(mjData_& data, const JointVector& q_true, const Join
     const Wheel& wheel = wheels_[i];
     // What brings a free wheel to its speed within one step.
     const double lack = speeds[static_cast<Eigen::Index>(i)] - data.qvel[wheel.velocity_address];
-    data.qfrc_applied[wheel.velocity_address] = wheel.inertia * lack / timestep_;
+    data.qfrc_applied[wheel.velocity_address] = wheel.inertia * lack / duration;
   }
 }
 

@@ -26,9 +26,8 @@ class BaseDrive {
   };
   using Wheels = std::vector<Wheel>;
 
-  /// @param name  of the device: its stream of random numbers   @param timestep  of the physics, s
-  BaseDrive(const SimDriveDescription& description, Wheels wheels, double timestep, std::uint64_t seed,
-            const std::string& name);
+  /// @param name  of the device: its stream of random numbers
+  BaseDrive(const SimDriveDescription& description, Wheels wheels, std::uint64_t seed, const std::string& name);
 
   /// The odometry counts from here, and is right.
   void start(const JointVector& q_true);
@@ -38,9 +37,10 @@ class BaseDrive {
   /// @param q  where it believes to be   @param dq_r  wanted speed   @param[in,out] q_r  wanted place
   void steer(const JointVector& q, const JointVector& dq_r, JointVector& q_r) const;
   /// Forces that the controller wants in the axes of its odometry, as they act on the plant in this physics step.
-  [[nodiscard]] JointVector on_plant(const JointVector& force, const JointVector& q_true, const JointVector& dq_true);
+  [[nodiscard]] JointVector on_plant(const JointVector& force, const JointVector& q_true, const JointVector& dq_true,
+                                     double duration);
   /// The wheels turn as the body moves, without slip.
-  void turn_wheels(mjData_& data, const JointVector& q_true, const JointVector& dq_true) const;
+  void turn_wheels(mjData_& data, const JointVector& q_true, const JointVector& dq_true, double duration) const;
 
   void stream(StateStream& state);
 
@@ -48,11 +48,10 @@ class BaseDrive {
   [[nodiscard]] bool exact() const;
   [[nodiscard]] const kinematics::DifferentialDrive* differential() const;
   /// Of the tyres against the body's left, N; a spring from where they last slipped to.
-  [[nodiscard]] double tyre_force(const kinematics::DifferentialDrive& drive, double speed_left);
+  [[nodiscard]] double tyre_force(const kinematics::DifferentialDrive& drive, double speed_left, double duration);
 
   SimDriveDescription description_;
   Wheels wheels_;
-  double timestep_;
   Random noise_;
   Eigen::Vector3d last_ = Eigen::Vector3d::Zero();     ///< true place at the last count
   Eigen::Vector3d counted_ = Eigen::Vector3d::Zero();  ///< what the odometry made of it

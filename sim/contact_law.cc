@@ -6,6 +6,8 @@
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
 
+#include "sim/rest.h"
+
 namespace takt::sim {
 namespace {
 
@@ -24,8 +26,11 @@ constexpr double kLeastDeviation = 1e-10;  // m^2: points nearer than 10 um to e
 using MatrixMap = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 using VectorMap = Eigen::Map<const Eigen::Vector3d>;
 
+constexpr int kFirstGeom = 32;             // where the first geom's number is in Memory::shapes
+constexpr std::int64_t kGeoms = 0xffffff;  // numbers of geoms; above the first one's is that of the spring
+
 std::int64_t shapes_of(const mjContact& contact) {
-  return (static_cast<std::int64_t>(contact.geom[0]) << 32) | static_cast<std::uint32_t>(contact.geom[1]);
+  return (static_cast<std::int64_t>(contact.geom[0]) << kFirstGeom) | static_cast<std::uint32_t>(contact.geom[1]);
 }
 
 /// Those of one spring of two shapes; `group` is below 128 (Solids::group).
@@ -82,7 +87,7 @@ struct ContactLaw::Patch {
 };
 
 ContactLaw::ContactLaw(const mjModel& model, const WorldDescription& description)
-    : timestep_(model.opt.timestep), surface_of_(static_cast<std::size_t>(model.ngeom), 0) {
+    : surface_of_(static_cast<std::size_t>(model.ngeom), 0) {
   std::vector<ContactParameters> known{ContactParameters{}};
   const auto number_of = [&](const ContactParameters& surface) {
     auto found = std::ranges::find(known, surface);
@@ -151,8 +156,11 @@ const ContactPair& ContactLaw::pair(int first, int second) const {
 }
 
 const ContactLaw::Memory* ContactLaw::remembered(std::int64_t shapes) const {
-  const auto found = std::ranges::find(before_, shapes, &Memory::shapes);
-  return found == before_.end() ? nullptr : &*found;
+  for (const Memory& memory : before_) {
+    if (memory.shapes == shapes) return &memory;
+    if (memory.shapes < 0) break;  // those that are used come first
+  }
+  return nullptr;
 }
 
 void ContactLaw::store(const Memory& memory) {
@@ -161,6 +169,7 @@ void ContactLaw::store(const Memory& memory) {
 
 void ContactLaw::prepare(const mjModel& model, mjData& data, const Solids& solids) {
   used_ = 0;
+  timestep_ = model.opt.timestep;
   if (!springs_.empty()) set_springs(data);
   // The contact points of two shapes follow each other, and among them those that share a spring.
   for (int begin = 0, end = 0; begin < data.ncon; begin = end) {
@@ -172,8 +181,18 @@ void ContactLaw::prepare(const mjModel& model, mjData& data, const Solids& solid
     if (data.contact[begin].geom[0] >= 0 && data.contact[begin].geom[1] >= 0)
       set_patch(model, data, solids, begin, end);
   }
+  if (data.ntree_awake < static_cast<int>(model.ntree)) keep_resting(model, data);
   std::fill(after_.begin() + static_cast<std::ptrdiff_t>(used_), after_.end(), Memory{});
   std::swap(before_, after_);
+}
+
+/// What sleeps has no contacts, and its friction stays as it is.
+void ContactLaw::keep_resting(const mjModel& model, const mjData& data) {
+  for (const Memory& memory : before_) {
+    if (memory.shapes < 0) break;
+    const auto body = [&](int shift) { return model.geom_bodyid[(memory.shapes >> shift) & kGeoms]; };
+    if (Rest::both_rest(model, data, body(kFirstGeom), body(0))) store(memory);
+  }
 }
 
 void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& solids, int begin, int end) {

@@ -64,9 +64,10 @@ class ContactLaw {
   void set_springs(mjData_& data) const;
   void set_patch(const mjModel_& model, mjData_& data, const Solids& solids, int begin, int end);
   void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact) const;
+  void keep_resting(const mjModel_& model, const mjData_& data);
   void store(const Memory& memory);
 
-  double timestep_;
+  double timestep_ = 0.0;        ///< s, of this step
   std::vector<int> surface_of_;  ///< of each geom, a number of a surface
   std::size_t surfaces_ = 0;
   std::vector<ContactPair> pairs_;  ///< surfaces times surfaces

@@ -48,6 +48,7 @@ std::vector<std::string> side_names(const mjModel_& model) {
 
 ContactList::ContactList(std::vector<bool> bodies) : bodies_(std::move(bodies)) {
   step_.reserve(kMost);
+  resting_.reserve(kResting);
   list_.reserve(kMost);
 }
 
@@ -65,6 +66,41 @@ void ContactList::update(const mjModel_& model, const mjData_& data) {
     first < second ? add(first, second, force_W, point_W) : add(second, first, -force_W, point_W);
   }
   for (const Sum& sum : step_) keep(sum);
+  std::erase_if(resting_, [&](const Sum& sum) { return !Rest::both_rest(model, data, sum.a, sum.b); });
+  for (const Sum& sum : resting_) keep(sum);
+}
+
+void ContactList::keep_resting(const mjModel_& model, const mjData_&, const Rest& rest) {
+  for (const Sum& sum : step_) {
+    if (rest.both_settle(model, sum.a, sum.b) && resting_.size() < kResting) resting_.push_back(sum);
+  }
+}
+
+void ContactList::save(std::vector<std::uint64_t>& words) const {
+  const std::size_t begin = words.size();
+  for (const Sum& sum : resting_) {
+    words.push_back((static_cast<std::uint64_t>(sum.a) << 32) | static_cast<std::uint64_t>(sum.b));
+    for (const Eigen::Vector3d& vector : {sum.force_W, sum.weighted_W})
+      for (const double part : vector) words.push_back(std::bit_cast<std::uint64_t>(part));
+    words.push_back(std::bit_cast<std::uint64_t>(sum.weight));
+    words.push_back(1);
+  }
+  words.resize(begin + kWords, 0);
+}
+
+void ContactList::restore(std::span<const std::uint64_t> words) {
+  resting_.clear();
+  for (std::size_t k = 0; k < kResting; ++k) {
+    const auto word = [&](std::size_t i) { return words[9 * k + i]; };
+    if (word(8) == 0) return;
+    Sum sum{.a = static_cast<int>(word(0) >> 32), .b = static_cast<int>(word(0) & 0xffffffff)};
+    for (int i = 0; i < 3; ++i) {
+      sum.force_W[i] = std::bit_cast<double>(word(1 + static_cast<std::size_t>(i)));
+      sum.weighted_W[i] = std::bit_cast<double>(word(4 + static_cast<std::size_t>(i)));
+    }
+    sum.weight = std::bit_cast<double>(word(7));
+    resting_.push_back(sum);
+  }
 }
 
 void ContactList::add(int a, int b, const Eigen::Vector3d& force_W, const Eigen::Vector3d& point_W) {
@@ -98,23 +134,57 @@ std::span<const BodyContact> ContactList::take() {
   return list_;
 }
 
-void ContactWatch::update(const mjModel_& model, const mjData_& data) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  reading_.contacts = 0;
+template <class Wanted, class Visit>
+void ContactWatch::each(const mjModel_& model, const mjData_& data, const Wanted& wanted, const Visit& visit) const {
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
     if (contact.geom[0] < 0 || contact.geom[1] < 0) continue;
-    const auto first = static_cast<std::size_t>(model.geom_bodyid[contact.geom[0]]);
-    const auto second = static_cast<std::size_t>(model.geom_bodyid[contact.geom[1]]);
+    const int body1 = model.geom_bodyid[contact.geom[0]], body2 = model.geom_bodyid[contact.geom[1]];
+    const auto first = static_cast<std::size_t>(body1), second = static_cast<std::size_t>(body2);
     const bool straight = a_[first] && b_[second];
     if (!straight && !(b_[first] && a_[second])) continue;
+    if (!wanted(body1, body2)) continue;
     const Eigen::Vector3d force_W = force_in_world(model, data, i);
-    sum += straight ? force_W : Eigen::Vector3d(-force_W);
-    ++reading_.contacts;
+    visit(body1, body2, straight ? force_W : Eigen::Vector3d(-force_W));
   }
+}
+
+void ContactWatch::update(const mjModel_& model, const mjData_& data) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  reading_.contacts = 0;
+  const auto all = [](int, int) { return true; };
+  each(model, data, all, [&](int, int, const Eigen::Vector3d& force_W) {
+    sum += force_W;
+    ++reading_.contacts;
+  });
+  for (Resting& pair : resting_) {
+    if (pair.contacts == 0) break;
+    const int body1 = static_cast<int>(pair.body1), body2 = static_cast<int>(pair.body2);
+    if (!Rest::both_rest(model, data, body1, body2)) {
+      pair = {};
+      continue;
+    }
+    sum += pair.force_W;
+    reading_.contacts += static_cast<int>(pair.contacts);
+  }
+  const auto tail = std::ranges::remove(resting_, 0, &Resting::contacts);
+  std::ranges::fill(tail, Resting{});
   reading_.force_W = sum;
   reading_.force = sum.norm();
   reading_.max_force = std::max(reading_.max_force, reading_.force);
+}
+
+void ContactWatch::keep_resting(const mjModel_& model, const mjData_& data, const Rest& rest) {
+  const auto settles = [&](int body1, int body2) { return rest.both_settle(model, body1, body2); };
+  each(model, data, settles, [&](int body1, int body2, const Eigen::Vector3d& force_W) {
+    for (Resting& pair : resting_) {
+      if (pair.contacts == 0) pair = {.body1 = body1, .body2 = body2};
+      if (pair.body1 != body1 || pair.body2 != body2) continue;
+      ++pair.contacts;
+      pair.force_W += force_W;
+      return;
+    }
+  });
 }
 
 void ContactWatch::save(std::vector<std::uint64_t>& words) const {
@@ -122,13 +192,26 @@ void ContactWatch::save(std::vector<std::uint64_t>& words) const {
   words.push_back(std::bit_cast<std::uint64_t>(reading_.max_force));
   words.push_back(static_cast<std::uint64_t>(reading_.contacts));
   for (const double part : reading_.force_W) words.push_back(std::bit_cast<std::uint64_t>(part));
+  for (const Resting& pair : resting_) {
+    for (const std::int64_t number : {pair.body1, pair.body2, pair.contacts})
+      words.push_back(static_cast<std::uint64_t>(number));
+    for (const double part : pair.force_W) words.push_back(std::bit_cast<std::uint64_t>(part));
+  }
 }
 
 void ContactWatch::restore(std::span<const std::uint64_t> words) {
   reading_.force = std::bit_cast<double>(words[0]);
   reading_.max_force = std::bit_cast<double>(words[1]);
   reading_.contacts = static_cast<int>(words[2]);
-  for (int i = 0; i < 3; ++i) reading_.force_W[i] = std::bit_cast<double>(words[static_cast<std::size_t>(3 + i)]);
+  for (std::size_t i = 0; i < 3; ++i) reading_.force_W[static_cast<int>(i)] = std::bit_cast<double>(words[3 + i]);
+  for (std::size_t k = 0; k < kResting; ++k) {
+    const auto word = [&](std::size_t i) { return words[6 + 6 * k + i]; };
+    Resting& pair = resting_[k];
+    pair.body1 = static_cast<std::int64_t>(word(0));
+    pair.body2 = static_cast<std::int64_t>(word(1));
+    pair.contacts = static_cast<std::int64_t>(word(2));
+    for (std::size_t i = 0; i < 3; ++i) pair.force_W[static_cast<int>(i)] = std::bit_cast<double>(word(3 + i));
+  }
 }
 
 }  // namespace takt::sim

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "sim/contact_reading.h"
+#include "sim/rest.h"
 
 struct mjModel_;
 struct mjData_;
@@ -21,47 +23,69 @@ namespace takt::sim {
 /// Adds up the forces between two sets of bodies after each physics step. Realtime: cyclic but for construction, save
 /// and restore.
 class ContactWatch {
+  static constexpr std::size_t kResting = 32;  ///< pairs of bodies; the forces of more are not kept
+
  public:
-  static constexpr std::size_t kWords = 6;  ///< of its state
+  static constexpr std::size_t kWords = 6 + 6 * kResting;  ///< of its state
 
   ContactWatch(std::vector<bool> side_a, std::vector<bool> side_b) : a_(std::move(side_a)), b_(std::move(side_b)) {}
 
   /// Call while contact list and solver result belong together: after the solver, before the next collision pass.
   void update(const mjModel_& model, const mjData_& data);
+  /// After update(): the forces between what falls asleep now count on until it is woken, as it has no contacts any
+  /// more.
+  void keep_resting(const mjModel_& model, const mjData_& data, const Rest& rest);
   [[nodiscard]] const ContactReading& reading() const { return reading_; }
   void save(std::vector<std::uint64_t>& words) const;
   void restore(std::span<const std::uint64_t> words);
 
  private:
+  struct Resting {
+    std::int64_t body1 = 0, body2 = 0, contacts = 0;  ///< 0: free
+    Eigen::Vector3d force_W = Eigen::Vector3d::Zero();
+  };
+  /// Of the contacts between the sides, those of two bodies that `wanted` wants: visit(body1, body2, force on side B).
+  template <class Wanted, class Visit>
+  void each(const mjModel_& model, const mjData_& data, const Wanted& wanted, const Visit& visit) const;
+
   std::vector<bool> a_, b_;  // by body number
   ContactReading reading_;
+  std::array<Resting, kResting> resting_{};
 };
 
-/// Lists what some bodies touch, from one look to the next. Realtime: cyclic but for construction.
+/// Lists what some bodies touch, from one look to the next. Realtime: cyclic but for construction, save and restore.
 class ContactList {
+  static constexpr std::size_t kResting = 64;  ///< pairs of bodies; more are not kept
+
  public:
+  static constexpr std::size_t kWords = 9 * kResting;  ///< of what it keeps beyond a look
+
   /// @param bodies  by number: contacts in which one of them takes part
   explicit ContactList(std::vector<bool> bodies);
 
-  /// As ContactWatch::update().
+  /// As ContactWatch::update() and keep_resting().
   void update(const mjModel_& model, const mjData_& data);
+  void keep_resting(const mjModel_& model, const mjData_& data, const Rest& rest);
   /// What touched since the last call, in the order in which it did first. Valid until the next update().
   [[nodiscard]] std::span<const BodyContact> take();
+  void save(std::vector<std::uint64_t>& words) const;
+  void restore(std::span<const std::uint64_t> words);
 
  private:
   static constexpr std::size_t kMost = 256;  ///< pairs; more are not listed
 
   struct Sum {
-    int a, b;
-    Eigen::Vector3d force_W;
-    Eigen::Vector3d weighted_W;  ///< sum of points times forces, m N
-    double weight;               ///< sum of forces, N
+    int a = 0, b = 0;
+    Eigen::Vector3d force_W = Eigen::Vector3d::Zero();
+    Eigen::Vector3d weighted_W = Eigen::Vector3d::Zero();  ///< sum of points times forces, m N
+    double weight = 0.0;                                   ///< sum of forces, N
   };
   void add(int a, int b, const Eigen::Vector3d& force_W, const Eigen::Vector3d& point_W);
   void keep(const Sum& sum);
 
   std::vector<bool> bodies_;
-  std::vector<Sum> step_;  ///< of one physics step
+  std::vector<Sum> step_;     ///< of one physics step
+  std::vector<Sum> resting_;  ///< of what sleeps
   std::vector<BodyContact> list_;
   bool taken_ = false;
 };

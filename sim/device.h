@@ -54,6 +54,16 @@ class StateStream {
   std::size_t next_ = 0;
 };
 
+/// One of the physics steps of a cycle.
+struct Substep {
+  int number = 0;          ///< from 0
+  Nanoseconds length = 0;  ///< of this one
+  double duration = 0.0;   ///< s, the same
+
+  /// s, from the begin of the cycle to that of the step.
+  [[nodiscard]] double begin() const { return number * duration; }
+};
+
 /// What the world calls of each device in it, in the order of the description.
 /// Thread: the one that steps the world. Realtime: cyclic.
 class SimDevice {
@@ -61,8 +71,8 @@ class SimDevice {
   virtual ~SimDevice() = default;
   /// Once, when the world is built: takes its start from the state of the plant. Realtime: setup.
   virtual void start(const mjData_& data) = 0;
-  /// Before physics step number `substep` of a cycle: computes from what can be measured and applies forces.
-  virtual void actuate(mjData_& data, int substep) = 0;
+  /// Before each physics step: computes from what can be measured and applies forces.
+  virtual void actuate(mjData_& data, const Substep& step) = 0;
   /// At the end of a cycle, `now` being the new time; acceleration-level results are those of the last physics step.
   virtual void measure(const mjData_& data, Nanoseconds now) = 0;
   /// All that the device's future depends on.

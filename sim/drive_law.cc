@@ -86,7 +86,9 @@ double reach_of(const mjModel& model, int bit) {
 }
 
 DriveLaw::DriveLaw(const mjModel& model, const WorldDescription& description)
-    : sockets_(sockets_of(model, description)), jacobians_(12 * static_cast<std::size_t>(model.nv)) {
+    : sockets_(sockets_of(model, description)),
+      jacobians_(12 * static_cast<std::size_t>(model.nv)),
+      row_(static_cast<Eigen::Index>(model.nv)) {
   const double h = model.opt.timestep;
   for (const RobotDescription& robot : description.robots) {
     for (const std::string& link : robot.bits) {
@@ -195,7 +197,8 @@ void DriveLaw::set_inertias(const mjModel& model, mjData& data, const Bit& bit, 
   int next = row;
   for (const DriveJacobian* moves : {&shift, &turn}) {
     for (const Vector3d* axis : {&axes.u, &axes.v, &axes.along}) {
-      Eigen::Map<Eigen::RowVectorXd>(data.efc_J + next * nv, nv).noalias() = axis->transpose() * *moves;
+      row_.noalias() = axis->transpose() * *moves;
+      set_jacobian(model, data, next, {row_.data(), static_cast<std::size_t>(nv)});
       set_inertia(model, data, next++, moves == &shift ? mass : inertia);
     }
   }
@@ -209,9 +212,9 @@ void DriveLaw::set_turn(const mjModel& model, mjData& data, Bit& bit, int row) {
   double* const of_bit = of_screw + 3 * nv;
   mj_jac(&model, &data, nullptr, of_screw, data.xpos + 3 * socket.body, socket.body);
   mj_jac(&model, &data, nullptr, of_bit, data.xpos + 3 * bit.body, bit.body);
-  Eigen::Map<Eigen::RowVectorXd> turn(data.efc_J + static_cast<Eigen::Index>(row) * nv, nv);
-  turn.noalias() = axis.transpose() * DriveJacobian(of_screw, 3, nv);
-  turn.noalias() -= axis.transpose() * DriveJacobian(of_bit, 3, nv);
+  row_.noalias() = axis.transpose() * DriveJacobian(of_screw, 3, nv);
+  row_.noalias() -= axis.transpose() * DriveJacobian(of_bit, 3, nv);
+  set_jacobian(model, data, row, {row_.data(), static_cast<std::size_t>(nv)});
   bit.twist += model.opt.timestep * rate_of_row(model, data, row);
   const double stretch = stretch_of(bit.twist);
   if (stretch == 0.0) {

@@ -81,6 +81,7 @@ class DriveLaw {
   std::vector<Bit> bits_;
   std::vector<ScrewSocket> sockets_;
   std::vector<double> jacobians_;  ///< scratch: four of 3 x nv
+  Eigen::RowVectorXd row_;         ///< scratch: nv
 };
 
 }  // namespace takt::sim

@@ -26,7 +26,7 @@ class SimForceTorque final : public device::ForceTorqueBackend, public SimDevice
   [[nodiscard]] device::BackendTiming timing() const override;
 
   void start(const mjData_&) override {}
-  void actuate(mjData_&, int) override {}
+  void actuate(mjData_&, const Substep& step) override { last_step_ = step.length; }
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
 
@@ -35,7 +35,8 @@ class SimForceTorque final : public device::ForceTorqueBackend, public SimDevice
 
   int force_address_;
   int torque_address_;
-  Nanoseconds timestep_;
+  Nanoseconds longest_step_;
+  Nanoseconds last_step_ = 0;  ///< set in each cycle before it is read
   Nanoseconds period_;
   Nanoseconds core_period_;
   Nanoseconds filter_delay_ = 0;  // of the low-pass, for slow signals

@@ -56,16 +56,15 @@ void SimGripper::gather(const mjData_& data) {
   }
 }
 
-void SimGripper::follow_profile() {
-  const double h = plant_.timestep;
+void SimGripper::follow_profile(double duration) {
   const double way = command_.width - width_reference_;
   // As fast as it may be and still stop at the goal.
   const double wanted = sign_of(way) * std::min(command_.speed, std::sqrt(2.0 * figures_.acceleration * std::abs(way)));
-  const double change = figures_.acceleration * h;
+  const double change = figures_.acceleration * duration;
   const double step = std::clamp(wanted - speed_reference_, -change, change);
   speed_reference_ += step;
-  acceleration_reference_ = step / h;
-  width_reference_ += speed_reference_ * h;
+  acceleration_reference_ = step / duration;
+  width_reference_ += speed_reference_ * duration;
   const bool arrived = std::abs(command_.width - width_reference_) < kOpenSpeed ||
                        sign_of(command_.width - width_reference_) != sign_of(way);
   if (arrived && std::abs(speed_reference_) <= 2.0 * change) {
@@ -77,7 +76,7 @@ void SimGripper::follow_profile() {
   width_reference_ = std::clamp(width_reference_, width_ - lead, width_ + lead);
 }
 
-void SimGripper::watch() {
+void SimGripper::watch(double duration) {
   const double to_go = command_.width - width_;
   const bool at_goal = std::abs(to_go) < kAtGoal;
   if (state_ == GripperState::kHolding) {
@@ -89,7 +88,7 @@ void SimGripper::watch() {
   }
   if (state_ != GripperState::kMoving) return;
   const bool still = std::abs(speed_) < std::min(kFingersAtRest, 0.4 * command_.speed);
-  still_ = still ? still_ + plant_.timestep : 0.0;
+  still_ = still ? still_ + duration : 0.0;
   if (at_goal && still) {
     state_ = GripperState::kIdle;
   } else if (!at_goal && still_ >= kStallTime) {
@@ -108,10 +107,10 @@ double SimGripper::drive_force() const {
   return std::clamp(mass * acceleration, -command_.force, command_.force);
 }
 
-void SimGripper::actuate(mjData_& data, int substep) {
-  if (substep > 0) gather(data);
-  watch();
-  if (state_ != GripperState::kHolding) follow_profile();
+void SimGripper::actuate(mjData_& data, const Substep& step) {
+  if (step.number > 0) gather(data);
+  watch(step.duration);
+  if (state_ != GripperState::kHolding) follow_profile(step.duration);
   force_ = drive_force();
   for (std::size_t i = 0; i < 2; ++i) data.qfrc_applied[plant_.velocity_address[i]] = 0.5 * force_;
 }

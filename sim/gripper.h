@@ -23,7 +23,6 @@ class SimGripper final : public device::GripperBackend, public SimDevice {
   struct Plant {
     std::array<int, 2> position_address{};
     std::array<int, 2> velocity_address{};
-    double timestep = 0.001;  ///< s
   };
 
   SimGripper(const SimGripperDescription& description, const Plant& plant) : figures_(description), plant_(plant) {}
@@ -32,15 +31,15 @@ class SimGripper final : public device::GripperBackend, public SimDevice {
   void write(const device::GripperSetPoint& set_point) override;
 
   void start(const mjData_& data) override;
-  void actuate(mjData_& data, int substep) override;
+  void actuate(mjData_& data, const Substep& step) override;
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
 
  private:
   [[nodiscard]] double finger_mass() const { return figures_.finger_mass + figures_.finger_inertia; }
   void gather(const mjData_& data);
-  void follow_profile();
-  void watch();
+  void follow_profile(double duration);
+  void watch(double duration);
   [[nodiscard]] double drive_force() const;
 
   SimGripperDescription figures_;

@@ -15,6 +15,12 @@ namespace {
 constexpr std::array kFontFolders = {"/usr/share/fonts/truetype/dejavu", "/usr/share/fonts/dejavu-sans-fonts",
                                      "/usr/share/fonts/TTF"};
 constexpr char32_t kReplacement = 0xFFFD;
+// For what DejaVu Sans lacks, above all Chinese, Japanese and Korean; the first that has a character counts. As Debian
+// names them: fonts-droid-fallback, fonts-noto-cjk, fonts-wqy-microhei, fonts-unifont.
+constexpr std::array kOtherFonts = {"/usr/share/fonts/truetype/droid/DroidSansFallbackFull.ttf",
+                                    "/usr/share/fonts/opentype/noto/NotoSansCJK-Regular.ttc",
+                                    "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc",
+                                    "/usr/share/fonts/opentype/unifont/unifont.otf"};
 
 std::string find_font(const std::string& file) {
   for (const char* folder : kFontFolders) {
@@ -64,11 +70,34 @@ void mix(std::uint8_t* pixel, Colour colour, int opacity) {
 
 struct Font::Face {
   FT_Library library = nullptr;
-  FT_Face face = nullptr;
+  std::vector<FT_Face> faces;  ///< the font, then those that stand in for it, once they were needed
+  int pixels = 0;
+  std::vector<std::string> others;  ///< files that have not been opened
+
+  /// False: it cannot be read.
+  bool open(const std::string& file) {
+    FT_Face face = nullptr;
+    if (FT_New_Face(library, file.c_str(), 0, &face) != 0) return false;
+    faces.push_back(face);
+    return FT_Set_Pixel_Sizes(face, 0, static_cast<FT_UInt>(pixels)) == 0;
+  }
+  /// The font that has the character, else the first.
+  FT_Face face_of(char32_t character) {
+    const auto has = [character](FT_Face face) { return FT_Get_Char_Index(face, character) != 0; };
+    for (;;) {
+      const auto found = std::ranges::find_if(faces, has);
+      if (found != faces.end()) return *found;
+      if (others.empty()) return faces.front();
+      const std::string next = std::move(others.front());
+      others.erase(others.begin());
+      std::error_code ignored;
+      if (std::filesystem::is_regular_file(next, ignored)) (void)open(next);
+    }
+  }
 };
 
 void Font::FaceDeleter::operator()(Face* face) const {
-  if (face->face != nullptr) FT_Done_Face(face->face);
+  for (FT_Face one : face->faces) FT_Done_Face(one);
   if (face->library != nullptr) FT_Done_FreeType(face->library);
   delete face;
 }
@@ -80,9 +109,10 @@ Result<Font> Font::open(Weight weight, int pixels) {
     return failure(Code::kNotFound, "", fmt::format("the font {} is missing", file), "install fonts-dejavu-core");
   Font font;
   font.face_.reset(new Face);
-  if (FT_Init_FreeType(&font.face_->library) != 0 ||
-      FT_New_Face(font.face_->library, path.c_str(), 0, &font.face_->face) != 0 ||
-      FT_Set_Pixel_Sizes(font.face_->face, 0, static_cast<FT_UInt>(std::max(6, pixels))) != 0)
+  font.face_->pixels = std::max(6, pixels);
+  if (weight == Weight::kBold) font.face_->others.push_back(find_font("DejaVuSans.ttf"));
+  font.face_->others.insert(font.face_->others.end(), kOtherFonts.begin(), kOtherFonts.end());
+  if (FT_Init_FreeType(&font.face_->library) != 0 || !font.face_->open(path))
     return failure(Code::kFileNotReadable, "", fmt::format("the font {} cannot be read", file),
                    "reinstall fonts-dejavu-core");
   return font;
@@ -92,7 +122,7 @@ const Font::Glyph& Font::glyph(char32_t character) {
   auto [found, is_new] = glyphs_.try_emplace(character);
   if (!is_new) return found->second;
   Glyph& glyph = found->second;
-  FT_Face face = face_->face;
+  FT_Face face = face_->face_of(character);
   if (FT_Load_Char(face, character, FT_LOAD_RENDER | FT_LOAD_TARGET_LIGHT) != 0) return glyph;
   const FT_GlyphSlot slot = face->glyph;
   glyph = {.left = slot->bitmap_left,

@@ -17,8 +17,9 @@ struct Colour {
   std::uint8_t r = 255, g = 255, b = 255;
 };
 
-/// A font at one size, with the glyphs drawn so far. Text is UTF-8; characters the font lacks show as its empty box.
-/// Thread: one at a time.
+/// A font at one size, with the glyphs drawn so far. Text is UTF-8; characters that it lacks come from other fonts on
+/// the machine (docs/film.md), and show as its empty box if none has them. Letters are set one beside the other, from
+/// left to right: nothing joins or reorders them. Thread: one at a time.
 class Font {
  public:
   enum class Weight { kBook, kBold };

@@ -52,7 +52,6 @@ Result<std::unique_ptr<SimDevice>> SimScrewdriver::make(const mjModel& model, co
               .velocity = model.jnt_dofadr[joint],
               .bit = bit,
               .inertia = model.dof_M0[model.jnt_dofadr[joint]],
-              .timestep = model.opt.timestep,
               .reach = reach_of(model, bit)};
   return std::unique_ptr<SimDevice>(
       new SimScrewdriver(driver, plant, sockets_of(model, description), description.seed, robot));
@@ -83,52 +82,51 @@ void SimScrewdriver::start_or_stop() {
   peak_ = 0.0;
 }
 
-double SimScrewdriver::motor_torque(double rate) {
-  const double h = plant_.timestep;
+double SimScrewdriver::motor_torque(double rate, double duration) {
   const double most = std::clamp(*torque_limit.wire(), figures_.torque_min, figures_.torque_max);
   const double asked = std::clamp(*speed.wire(), figures_.speed_min, figures_.speed_max);
   const double wanted = !running_ || let_go_ ? 0.0 : *reverse.wire() >= 0.5 ? -asked : asked;
-  reference_ += std::clamp(wanted - reference_, -figures_.acceleration * h, figures_.acceleration * h);
+  reference_ += std::clamp(wanted - reference_, -figures_.acceleration * duration, figures_.acceleration * duration);
   const double gain = kSpeedGain * plant_.inertia, error = reference_ - rate;
   const double proportional = gain * error;
-  const double next = integral_ + kIntegralGain * gain * error * h;
+  const double next = integral_ + kIntegralGain * gain * error * duration;
   // The integral part stands still while the clutch limits the torque.
   if (std::abs(proportional + next) < most || proportional * next < 0.0) integral_ = std::clamp(next, -most, most);
   if (let_go_) integral_ = 0.0;
   return std::clamp(proportional + integral_, -most, most);
 }
 
-void SimScrewdriver::watch_clutch(double rate) {
+void SimScrewdriver::watch_clutch(double rate, double duration) {
   const double most = std::clamp(*torque_limit.wire(), figures_.torque_min, figures_.torque_max);
   const bool stalls = running_ && std::abs(applied_) >= kAtLimit * most && std::abs(rate) < kClutchSpeed;
-  stalled_ = stalls ? stalled_ + plant_.timestep : 0.0;
+  stalled_ = stalls ? stalled_ + duration : 0.0;
   if (stalled_ >= kClutchTime) let_go_ = true;
 }
 
-void SimScrewdriver::actuate(mjData& data, int) {
+void SimScrewdriver::actuate(mjData& data, const Substep& step) {
   const double rate = data.qvel[plant_.velocity];
   position_ = data.qpos[plant_.position];
   start_or_stop();
   // What the last step's torque did not accelerate went into the bit.
-  transmitted_ = applied_ - plant_.inertia * (rate - rate_before_) / plant_.timestep;
+  transmitted_ = applied_ - plant_.inertia * (rate - rate_before_) / step.duration;
   if (running_ && !let_go_) peak_ = std::max(peak_, std::abs(transmitted_));
-  watch_clutch(rate);
-  applied_ = motor_torque(rate);
+  watch_clutch(rate, step.duration);
+  applied_ = motor_torque(rate, step.duration);
   rate_before_ = rate;
   data.qfrc_applied[plant_.velocity] = applied_;
-  hold_screw(data);
+  hold_screw(data, step.duration);
 }
 
 /// On a screw that is still so far from the end of the bit. In contact it is the holding force; before, the magnet
 /// makes the screw no faster than kSnapSpeed: a few grams would be through the bit within a step.
-double SimScrewdriver::pull_at(double gap, double approach, double mass) const {
+double SimScrewdriver::pull_at(double gap, double approach, double mass, double duration) const {
   if (gap <= 0.0) return figures_.holding_force;
   const double share = 1.0 / (1.0 + gap / kMagnetGap);
-  return std::clamp(mass * (kSnapSpeed - approach) / plant_.timestep, 0.0, figures_.holding_force * share * share);
+  return std::clamp(mass * (kSnapSpeed - approach) / duration, 0.0, figures_.holding_force * share * share);
 }
 
 /// The magnet in the bit: a pull along the axis, for the screw in whose socket the end of the bit is.
-void SimScrewdriver::hold_screw(mjData& data) {
+void SimScrewdriver::hold_screw(mjData& data, double duration) {
   if (figures_.holding_force <= 0.0) return;
   const auto set = [&](int body, const Vector3d& force, const Vector3d& point) {
     Eigen::Map<Vector3d>(data.xfrc_applied + 6 * body) = force;
@@ -147,10 +145,10 @@ void SimScrewdriver::hold_screw(mjData& data) {
     const BitInSocket seen = look_into(screw, data, plant_.bit, plant_.reach);
     if (!seen.inside) continue;
     pulled_ = static_cast<std::int64_t>(i);
-    const double approach = before == pulled_ ? (gap_ - seen.p_S.z()) / plant_.timestep : 0.0;
+    const double approach = before == pulled_ ? (gap_ - seen.p_S.z()) / duration : 0.0;
     gap_ = seen.p_S.z();
     const Vector3d pull =
-        pull_at(gap_, approach, screw.mass) * (body_at(data, screw.body) * screw.X_OS).linear().col(2);
+        pull_at(gap_, approach, screw.mass, duration) * (body_at(data, screw.body) * screw.X_OS).linear().col(2);
     set(screw.body, pull, end);
     set(plant_.bit, -pull, end);
   }

@@ -33,7 +33,7 @@ class SimScrewdriver final : public SimDevice {
   SimGauge clutch, turning, torque, peak_torque, angle, measured_speed;
 
   void start(const mjData_& data) override;
-  void actuate(mjData_& data, int substep) override;
+  void actuate(mjData_& data, const Substep& step) override;
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
 
@@ -42,17 +42,16 @@ class SimScrewdriver final : public SimDevice {
     int position = 0, velocity = 0;  ///< of the spindle
     int bit = 0;                     ///< body
     double inertia = 0.0;            ///< kg m^2, of all that turns
-    double timestep = 0.001;         ///< s
     double reach = 0.0;              ///< m, of the bit from the origin of its body
   };
 
   SimScrewdriver(const device::ScrewdriverDescription& driver, Plant plant, std::vector<ScrewSocket> screws,
                  std::uint64_t seed, const std::string& name);
   void start_or_stop();
-  [[nodiscard]] double motor_torque(double rate);
-  void watch_clutch(double rate);
-  [[nodiscard]] double pull_at(double gap, double approach, double mass) const;
-  void hold_screw(mjData_& data);
+  [[nodiscard]] double motor_torque(double rate, double duration);
+  void watch_clutch(double rate, double duration);
+  [[nodiscard]] double pull_at(double gap, double approach, double mass, double duration) const;
+  void hold_screw(mjData_& data, double duration);
 
   device::ScrewdriverDescription figures_;
   Plant plant_;

@@ -28,7 +28,7 @@ class SimOutput final : public device::SignalOutputBackend<bool>,
   [[nodiscard]] const double* wire() const { return &value_; }
 
   void start(const mjData_&) override {}
-  void actuate(mjData_&, int) override {}
+  void actuate(mjData_&, const Substep&) override {}
   void measure(const mjData_&, Nanoseconds) override {}
   void stream(StateStream& state) override { state(value_); }
 
@@ -67,7 +67,7 @@ class SimInput final : public SimReading, public SimDevice {
   SimInput(const SimInputDescription& description, const double* wire, std::uint64_t seed);
 
   void start(const mjData_&) override {}
-  void actuate(mjData_&, int) override {}
+  void actuate(mjData_&, const Substep&) override {}
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
 
@@ -88,7 +88,7 @@ class SimBeam final : public SimReading, public SimDevice {
   SimBeam(const SimBeamDescription& description, const mjModel_& model, int body, std::uint64_t seed);
 
   void start(const mjData_&) override {}
-  void actuate(mjData_&, int) override {}
+  void actuate(mjData_&, const Substep&) override {}
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
 

@@ -233,13 +233,24 @@ bool Solids::joined(int geom1, int geom2) const {
          joined_with_[static_cast<std::size_t>(geom2)] == geom1;
 }
 
-Solids::Active::Active(Solids& solids) {
-  solids.kept_.clear();
-  solids.first_kept_ = 0;
-  active = solids.empty() ? nullptr : &solids;
-}
+/// While it lives, MuJoCo's search for contacts on this thread knows the solids.
+class Solids::Active {
+ public:
+  explicit Active(Solids& solids) { active = &solids; }
+  ~Active() { active = nullptr; }
+  Active(const Active&) = delete;
+  Active& operator=(const Active&) = delete;
+};
 
-Solids::Active::~Active() { active = nullptr; }
+void Solids::search(const mjModel& model, mjData& data) {
+  if (empty()) return mj_collision(&model, &data);
+  kept_.clear();
+  {
+    const Active known(*this);
+    mj_collision(&model, &data);
+  }
+  add_contacts(model, data);
+}
 
 void Solids::keep(int geom1, int geom2, std::span<const Touch> touches) {
   for (const Touch& touch : touches) {
@@ -247,14 +258,12 @@ void Solids::keep(int geom1, int geom2, std::span<const Touch> touches) {
   }
 }
 
-bool Solids::add_contacts(const mjModel& model, mjData& data) {
-  if (kept_.empty()) return false;
+void Solids::add_contacts(const mjModel& model, mjData& data) {
   first_kept_ = data.ncon;
   for (const Kept& kept : kept_) {
     const mjContact contact = contact_of(model, kept.geom1, kept.geom2, kept.touch);
     if (mj_addContact(&model, &data, &contact) != 0) break;
   }
-  return true;
 }
 
 int Solids::group(int contact) const {

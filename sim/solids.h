@@ -71,25 +71,16 @@ class Solids {
   /// Of the cylinder that a geom is, about its z axis.
   [[nodiscard]] const world::Revolved& outline(int geom) const { return outlines_[static_cast<std::size_t>(geom)]; }
 
-  /// While it lives, MuJoCo's search for contacts on this thread knows the solids. Realtime: cyclic.
-  class Active {
-   public:
-    explicit Active(Solids& solids);
-    ~Active();
-    Active(const Active&) = delete;
-    Active& operator=(const Active&) = delete;
-  };
+  /// As mj_collision, with the contacts of the solids. Realtime: cyclic.
+  void search(const mjModel_& model, mjData_& data);
 
   /// A screw and its thread: the two shapes touch nowhere but at the bottom of the bore. Realtime: cyclic.
   void join(int shank, int drilled);
   void part(int shank);
   [[nodiscard]] bool joined(int geom1, int geom2) const;
 
-  /// Keeps the contacts of two geoms until add_contacts(). Realtime: cyclic.
+  /// Keeps the contacts of two geoms until the search is over. Realtime: cyclic.
   void keep(int geom1, int geom2, std::span<const Touch> touches);
-  /// After the search: puts what was kept behind the contacts that MuJoCo has found, pair by pair.
-  /// @return false: there was nothing. Realtime: cyclic.
-  bool add_contacts(const mjModel_& model, mjData_& data);
   /// Contacts of two geoms with the same number share one spring; each number has its own (docs/bores.md, "Springs").
   /// @param contact  its number in the list. Realtime: cyclic.
   [[nodiscard]] int group(int contact) const;
@@ -102,7 +93,10 @@ class Solids {
     int geom1 = 0, geom2 = 0;
     Touch touch;
   };
+  class Active;
   void add(const mjModel_& model, const std::string& name, Solid solid);
+  /// After the search: puts what was kept behind the contacts that MuJoCo has found, pair by pair.
+  void add_contacts(const mjModel_& model, mjData_& data);
 
   std::vector<int> solid_of_;     ///< by geom; -1: none
   std::vector<int> joined_with_;  ///< by geom of a shank: the geom with its thread; -1: none

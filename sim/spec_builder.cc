@@ -115,9 +115,8 @@ class Builder {
     }
     option.cone = mjCONE_ELLIPTIC;
     option.solver = mjSOL_NEWTON;
-    option.jacobian = mjJAC_DENSE;
-    // The contact law sets rows of the constraints; islands would keep copies of them.
-    option.disableflags |= mjDSBL_ISLAND;
+    option.jacobian = mjJAC_DENSE;  // until it is known how many bodies there are
+    if (!p.islands) option.disableflags |= mjDSBL_ISLAND;
     option.iterations = p.solver_iterations;
     option.tolerance = p.solver_tolerance;
     // A diverged simulation must be seen, not restarted in silence.

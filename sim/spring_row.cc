@@ -1,6 +1,7 @@
 #include "sim/spring_row.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 
 #include <mujoco/mujoco.h>
@@ -11,7 +12,17 @@ namespace {
 
 constexpr double kSilentInertia = 1e-10;  // MuJoCo divides by it
 
-double* jacobian_of(const mjModel& model, const mjData& data, int row) { return data.efc_J + row * model.nv; }
+/// What is stored of a row's Jacobian: all columns, or those of the joints that move its bodies.
+struct StoredRow {
+  std::span<double> values;
+  const int* columns = nullptr;  ///< of each value; null: all
+};
+
+StoredRow stored_row(const mjModel& model, const mjData& data, int row) {
+  if (!mj_isSparse(&model)) return {{data.efc_J + row * model.nv, static_cast<std::size_t>(model.nv)}};
+  const int first = data.efc_J_rowadr[row];
+  return {{data.efc_J + first, static_cast<std::size_t>(data.efc_J_rownnz[row])}, data.efc_J_colind + first};
+}
 
 /// @param inertia  that the step adds, kg or kg m^2
 void set_force(mjData& data, int row, double inertia, double force) {
@@ -30,7 +41,17 @@ int row_of_equality(const mjData& data, int equality) {
 }
 
 double rate_of_row(const mjModel& model, const mjData& data, int row) {
-  return mju_dot(jacobian_of(model, data, row), data.qvel, static_cast<int>(model.nv));
+  const auto [values, columns] = stored_row(model, data, row);
+  if (columns == nullptr) return mju_dot(values.data(), data.qvel, static_cast<int>(model.nv));
+  double rate = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) rate += values[i] * data.qvel[columns[i]];
+  return rate;
+}
+
+void set_jacobian(const mjModel& model, mjData& data, int row, std::span<const double> jacobian) {
+  const auto [values, columns] = stored_row(model, data, row);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = jacobian[columns ? static_cast<std::size_t>(columns[i]) : i];
 }
 
 void set_spring(const mjModel& model, mjData& data, int row, const RowSpring& spring, double stretch) {
@@ -49,7 +70,7 @@ void set_inertia(const mjModel& model, mjData& data, int row, double inertia) {
 
 void silence_rows(const mjModel& model, mjData& data, int first, int count) {
   for (int row = first; row < first + count; ++row) {
-    std::fill_n(jacobian_of(model, data, row), model.nv, 0.0);
+    std::ranges::fill(stored_row(model, data, row).values, 0.0);
     data.efc_pos[row] = data.efc_vel[row] = 0.0;
     set_force(data, row, kSilentInertia, 0.0);
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include <Eigen/Core>
 
 struct mjModel_;
@@ -21,6 +23,10 @@ struct RowSpring {
 
 /// The rate of a row's coordinate: its Jacobian times the velocities. Realtime: cyclic.
 [[nodiscard]] double rate_of_row(const mjModel_& model, const mjData_& data, int row);
+
+/// Sets the Jacobian of a row of an equality between two bodies.
+/// @param jacobian  (nv) zero but for the joints that move one of the two. Realtime: cyclic.
+void set_jacobian(const mjModel_& model, mjData_& data, int row, std::span<const double> jacobian);
 
 /// Gives a row the force of a spring, implicit in the step. Its Jacobian is set. Realtime: cyclic.
 void set_spring(const mjModel_& model, mjData_& data, int row, const RowSpring& spring, double stretch);

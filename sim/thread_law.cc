@@ -8,6 +8,7 @@
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
 
+#include "sim/islands.h"
 #include "sim/spring_row.h"
 
 namespace takt::sim {
@@ -35,7 +36,6 @@ constexpr double kFlankCosine = 0.8660254037844387;  // of half the flank angle,
 constexpr double kTurnOnce = 2.0 * std::numbers::pi;
 
 using Jacobian = Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>>;
-using RowVector = Eigen::Map<Eigen::RowVectorXd>;
 
 Pose pose_at(const double* position, const double* matrix) {
   Pose X = Pose::Identity();
@@ -74,9 +74,9 @@ struct ThreadLaw::Stand {
 };
 
 ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, const Solids& solids)
-    : timestep_(model.opt.timestep),
-      drives_(model, description),
+    : drives_(model, description),
       jacobians_(12 * static_cast<std::size_t>(model.nv)),
+      row_(static_cast<Eigen::Index>(model.nv)),
       applied_(6 * static_cast<std::size_t>(model.nbody)) {
   for (const ObjectDescription& object : description.objects) {
     const int body = mj_name2id(&model, mjOBJ_BODY, object.name.c_str());
@@ -99,6 +99,11 @@ ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, 
     screw.inertia = Eigen::Map<const Vector3d>(model.body_inertia + 3 * body).minCoeff();
     screws_.push_back(screw);
   }
+}
+
+bool ThreadLaw::sleep(const mjData& data) const {
+  const auto asleep = [&](const Screw& screw) { return data.body_awake[screw.body] == mjS_ASLEEP; };
+  return !screws_.empty() && std::ranges::all_of(screws_, asleep);
 }
 
 ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, const Screw& screw,
@@ -253,17 +258,19 @@ void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int r
   const double engaged = std::clamp(-stand.tip().z() - bore.figures.chamfer, screw.thread.pitch, bore.figures.length);
   const double lever = 0.5 * engaged;
 
-  const auto row_at = [&](int i) { return RowVector(data.efc_J + static_cast<Eigen::Index>(row + i) * nv, nv); };
+  const auto set_row = [&](int i, const auto& jacobian) {
+    row_.noalias() = jacobian;
+    set_jacobian(model, data, row + i, {row_.data(), static_cast<std::size_t>(nv)});
+  };
   const auto hold_at = [&](int i, double error, double stiffness, double mass) {
     set_spring(model, data, row + i, {stiffness, kDampingTime * stiffness, mass}, error);
   };
   for (int i = 0; i < 2; ++i) {
-    row_at(i).noalias() = R.col(i).transpose() * shift;
-    row_at(3 + i).noalias() = R.col(i).transpose() * turn;
+    set_row(i, R.col(i).transpose() * shift);
+    set_row(3 + i, R.col(i).transpose() * turn);
   }
-  row_at(2).noalias() = R.col(2).transpose() * shift;
-  row_at(2).noalias() -= lead * R.col(2).transpose() * turn;
-  row_at(5).noalias() = R.col(2).transpose() * turn;
+  set_row(2, R.col(2).transpose() * shift - lead * R.col(2).transpose() * turn);
+  set_row(5, R.col(2).transpose() * turn);
   const double along_helix = 1.0 / (1.0 / screw.mass + lead * lead / screw.inertia);
   const double upright = kSideStiffness * lever * lever;
   for (int i = 0; i < 2; ++i) {
@@ -292,7 +299,9 @@ void ThreadLaw::prepare(const mjModel& model, mjData& data) {
 }
 
 void ThreadLaw::finish_step(mjModel& model, mjData& data) {
+  timestep_ = model.opt.timestep;
   prepare(model, data);
+  copy_rows_to_islands(model, data);
   mj_fwdActuation(&model, &data);
   mj_fwdAcceleration(&model, &data);
   mj_fwdConstraint(&model, &data);

@@ -44,6 +44,8 @@ class ThreadLaw {
   ThreadLaw(const mjModel_& model, const WorldDescription& description, const Solids& solids);
   [[nodiscard]] bool empty() const { return screws_.empty(); }
 
+  /// There are screws, and all of them sleep (sim/rest.h). Realtime: cyclic.
+  [[nodiscard]] bool sleep(const mjData_& data) const;
   /// As mj_step2, with the constraint of each screw in its thread. Realtime: cyclic.
   void finish_step(mjModel_& model, mjData_& data);
   /// Once per physics step, between its halves: sets the rows of the screws that are caught. Realtime: cyclic.
@@ -114,11 +116,12 @@ class ThreadLaw {
   [[nodiscard]] bool occupied(std::size_t bore) const;
   void report(ThreadEvent::Kind kind, std::size_t screw, std::size_t bore, Nanoseconds now);
 
-  double timestep_ = 0.001;
+  double timestep_ = 0.0;  ///< s, of this step
   std::vector<Screw> screws_;
   std::vector<ThreadedBore> bores_;
   DriveLaw drives_;
   std::vector<double> jacobians_;  ///< scratch: four of 3 x nv
+  Eigen::RowVectorXd row_;         ///< scratch: nv
   std::vector<double> applied_;    ///< scratch: forces on bodies from outside
   std::array<ThreadEvent, kEvents> events_{};
   std::size_t event_count_ = 0;

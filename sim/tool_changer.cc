@@ -41,8 +41,7 @@ SimToolChanger::SimToolChanger(const SimToolChangerDescription& description, con
     : lock(lock_wire(!description.coupled.empty())),
       figures_(description),
       model_(model),
-      body_(mj_name2id(&model, mjOBJ_BODY, description.body.c_str())),
-      timestep_(model.opt.timestep) {
+      body_(mj_name2id(&model, mjOBJ_BODY, description.body.c_str())) {
   for (const SimToolSideDescription& side : world.tool_sides) {
     if (side.size != figures_.size) continue;
     Side fits{.body = mj_name2id(&model, mjOBJ_BODY, side.body.c_str()),
@@ -70,9 +69,9 @@ std::int64_t SimToolChanger::side_in_reach(const mjData& data) const {
   return kNone;
 }
 
-void SimToolChanger::move_piston(const mjData& data) {
+void SimToolChanger::move_piston(const mjData& data, double duration) {
   const double before = piston_;
-  const double step = timestep_ / figures_.lock_time;
+  const double step = duration / figures_.lock_time;
   if (air_ && !broken_) piston_ = std::clamp(piston_ + (*lock.wire() >= 0.5 ? step : -step), 0.0, 1.0);
   if (before < kCatch && piston_ >= kCatch) {
     side_ = side_in_reach(data);
@@ -103,8 +102,8 @@ void SimToolChanger::set_locks(mjData& data) {
 
 void SimToolChanger::start(const mjData&) {}
 
-void SimToolChanger::actuate(mjData& data, int) {
-  move_piston(data);
+void SimToolChanger::actuate(mjData& data, const Substep& step) {
+  move_piston(data, step.duration);
   set_locks(data);
 }
 

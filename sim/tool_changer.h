@@ -38,7 +38,7 @@ class SimToolChanger final : public SimDevice {
   }
 
   void start(const mjData_& data) override;
-  void actuate(mjData_& data, int substep) override;
+  void actuate(mjData_& data, const Substep& step) override;
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
   void resume(mjData_& data) override;
@@ -57,7 +57,7 @@ class SimToolChanger final : public SimDevice {
   [[nodiscard]] Pose offset_of(const mjData_& data, const Side& side) const;
   /// The tool side that could be coupled now, or kNone.
   [[nodiscard]] std::int64_t side_in_reach(const mjData_& data) const;
-  void move_piston(const mjData_& data);
+  void move_piston(const mjData_& data, double duration);
   void set_locks(mjData_& data);
   void draw_in();
 
@@ -65,7 +65,6 @@ class SimToolChanger final : public SimDevice {
   mjModel_& model_;
   int body_;
   std::vector<Side> sides_;
-  double timestep_;  ///< s
 
   double piston_ = 0.0;           ///< 0: unlocked, 1: locked
   std::int64_t side_ = kNone;     ///< that it has caught, by its place in sides_

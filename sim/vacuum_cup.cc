@@ -31,8 +31,7 @@ Result<std::unique_ptr<SimDevice>> SimVacuumCup::make(const mjModel& model, cons
               .point_of_geom = std::vector<int>(static_cast<std::size_t>(model.ngeom), kNothing),
               .body_of_geom = std::vector<int>(model.geom_bodyid, model.geom_bodyid + model.ngeom),
               .own = std::vector<bool>(static_cast<std::size_t>(model.nbody), false),
-              .points = 0,
-              .timestep = model.opt.timestep};
+              .points = 0};
   if (plant.lip < 0) return failure(Code::kUnknownName, "", fmt::format("no lip '{}'", cup.lip));
   for (int geom = 0; geom < model.ngeom; ++geom) {
     const bool point = model.geom_bodyid[geom] == plant.lip && model.geom_type[geom] == mjGEOM_SPHERE &&
@@ -82,14 +81,14 @@ void SimVacuumCup::find_part(const mjData& data) {
   tight_ = static_cast<double>(most) / plant_.points;
 }
 
-void SimVacuumCup::change_pressure() {
+void SimVacuumCup::change_pressure(double duration) {
   const bool open = *suction.wire() >= 0.5;
   const double leak = figures_.lip_leak * (1.0 - tight_);
   const double drawn = open ? figures_.vacuum_max : 0.0;
   // Exact over a step in which nothing changes: dp/dt = (drawn - (1 + leak) p) / time.
   const double time = open ? figures_.evacuation : figures_.venting;
   const double rest = drawn / (1.0 + leak);
-  pressure_ = rest + (pressure_ - rest) * std::exp(-(1.0 + leak) * plant_.timestep / time);
+  pressure_ = rest + (pressure_ - rest) * std::exp(-(1.0 + leak) * duration / time);
   switched_ = pressure_ >= (switched_ ? figures_.switch_off : figures_.switch_on);
 }
 
@@ -111,11 +110,11 @@ void SimVacuumCup::add(mjData& data, Pull& pull, int body, const Vector3d& force
   std::copy_n(now, kWrench, pull.after.begin());
 }
 
-void SimVacuumCup::actuate(mjData& data, int) {
+void SimVacuumCup::actuate(mjData& data, const Substep& step) {
   take_back(data, on_part_);
   take_back(data, on_cup_);
   find_part(data);
-  change_pressure();
+  change_pressure(step.duration);
   if (part_ == kNothing || pressure_ <= 0.0) return;
   const Vector3d mouth = Eigen::Map<const Vector3d>(data.xpos + 3 * plant_.lip);
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WL(data.xmat + 9 * plant_.lip);

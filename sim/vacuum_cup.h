@@ -35,7 +35,7 @@ class SimVacuumCup final : public SimDevice {
   SimGauge holding, vacuum;
 
   void start(const mjData_& data) override;
-  void actuate(mjData_& data, int substep) override;
+  void actuate(mjData_& data, const Substep& step) override;
   void measure(const mjData_& data, Nanoseconds now) override;
   void stream(StateStream& state) override;
 
@@ -46,7 +46,6 @@ class SimVacuumCup final : public SimDevice {
     std::vector<int> body_of_geom;   ///< likewise
     std::vector<bool> own;           ///< by number of the body: a body of the cup
     int points = 0;                  ///< of the lip
-    double timestep = 0.001;         ///< s
   };
   /// What this device adds to the force on a body; whoever else sets that force is heard.
   struct Pull {
@@ -56,7 +55,7 @@ class SimVacuumCup final : public SimDevice {
 
   SimVacuumCup(const device::VacuumCupDescription& cup, Plant plant);
   void find_part(const mjData_& data);
-  void change_pressure();
+  void change_pressure(double duration);
   void add(mjData_& data, Pull& pull, int body, const Eigen::Vector3d& force, const Eigen::Vector3d& point) const;
   static void take_back(mjData_& data, Pull& pull);
 

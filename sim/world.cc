@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <clocale>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <span>
@@ -12,30 +10,22 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <locale.h>
 #include <mujoco/mujoco.h>
 
 #include "core/kinematics/chain.h"
 #include "sim/contact_law.h"
 #include "sim/contact_watch.h"
 #include "sim/description_check.h"
+#include "sim/islands.h"
+#include "sim/model_compiler.h"
 #include "sim/mujoco_errors.h"
 #include "sim/nominal_payload.h"
-#include "sim/reach.h"
+#include "sim/rest.h"
 #include "sim/solids.h"
-#include "sim/spec_builder.h"
 #include "sim/thread_law.h"
 
 namespace takt::sim {
 namespace {
-
-struct Deleter {
-  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-template <class T>
-using Owned = std::unique_ptr<T, Deleter>;
 
 /// All of MuJoCo's state that a step reads: nothing else is ever set (no activations, no mocap bodies, no applied
 /// Cartesian forces, which would only make the digest longer).
@@ -44,60 +34,6 @@ constexpr int kStateParts = mjSTATE_TIME | mjSTATE_QPOS | mjSTATE_QVEL | mjSTATE
 Nanoseconds wall_clock() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
-}
-
-/// MuJoCo reads mesh files with the decimal point of the process: while this lives, this thread has that of C. Its
-/// other threads cannot be given one, so the caller does without them where it matters.
-class PointInNumbers {
- public:
-  PointInNumbers() : classic_(newlocale(LC_ALL_MASK, "C", nullptr)), before_(uselocale(classic_)) {}
-  ~PointInNumbers() {
-    uselocale(before_);
-    freelocale(classic_);
-  }
-  PointInNumbers(const PointInNumbers&) = delete;
-  PointInNumbers& operator=(const PointInNumbers&) = delete;
-
- private:
-  locale_t classic_, before_;
-};
-
-/// Leaves out of the search for contacts what can never meet. @return null if MuJoCo refuses
-Owned<mjModel> search_less(mjSpec& spec, Owned<mjModel> model) {
-  const auto pairs = never_meet(*model);
-  if (pairs.empty()) return model;
-  const std::vector<int> alone = meet_nothing(*model, pairs);
-  for (const auto& [a, b] : pairs) {
-    const char* first = mj_id2name(model.get(), mjOBJ_BODY, a);
-    const char* second = mj_id2name(model.get(), mjOBJ_BODY, b);
-    if (!first || !second) continue;  // a hook's own body
-    mjsExclude* exclude = mjs_addExclude(&spec);
-    mjs_setString(exclude->bodyname1, first);
-    mjs_setString(exclude->bodyname2, second);
-  }
-  Owned<mjModel> less(mj_compile(&spec, nullptr));
-  if (!less) return less;
-  for (const int body : alone) {
-    less->body_contype[body] = less->body_conaffinity[body] = 0;
-    for (int i = less->body_geomadr[body]; i < less->body_geomadr[body] + less->body_geomnum[body]; ++i)
-      less->geom_contype[i] = less->geom_conaffinity[i] = 0;
-  }
-  return less;
-}
-
-Result<Owned<mjModel>> compile(const WorldDescription& description, bool visuals, const SpecHook& hook) {
-  Owned<mjSpec> spec(mj_makeSpec());
-  build_spec(description, visuals, *spec);
-  for (const SimDeviceDescription& device : description.devices) {
-    if (device.extend) device.extend(*spec);
-  }
-  if (hook) hook(*spec);
-  if (std::strcmp(std::localeconv()->decimal_point, ".") != 0) spec->compiler.usethread = 0;
-  const PointInNumbers point;
-  Owned<mjModel> model(mj_compile(spec.get(), nullptr));
-  if (model && !visuals && !description.physics.search_all_pairs) model = search_less(*spec, std::move(model));
-  if (model) return model;
-  return failure(Code::kSystem, "", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
 }
 
 }  // namespace
@@ -110,8 +46,8 @@ struct World::Impl {
   std::optional<ContactLaw> contacts;
   Solids solids;
   ThreadLaw threads;
+  Rest rest;
   Physics physics;
-  int substeps = 1;
   Nanoseconds now = 0;
   // In the order of the description, kind after kind: inputs after what they read; last the devices of
   // other kinds.
@@ -151,7 +87,9 @@ struct World::Impl {
   [[nodiscard]] Diagnostics add_others(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void step();
-  void physics_step(int substep);
+  /// Of the physics in the cycle that begins now.
+  [[nodiscard]] Nanoseconds length_of_step() const;
+  void physics_step(Nanoseconds end);
   void look();
   void forward();
   /// @return the number of words
@@ -198,7 +136,7 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
   const int base = mj_name2id(model.get(), mjOBJ_BODY, (robot.name + "/" + arm.base_link).c_str());
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data->xmat + 9 * base);
   plant.gravity_B = R_WB.transpose() * description.physics.gravity;
-  plant.timestep = to_seconds(description.physics.timestep);
+  plant.timestep = to_seconds(description.physics.longest_step());
   plant.period = to_seconds(description.physics.period);
   if (arm.drive) {
     BaseDrive::Wheels turning(wheels.size());
@@ -207,7 +145,7 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
       turning[i].velocity_address = model->jnt_dofadr[id];
       turning[i].inertia = model->dof_M0[turning[i].velocity_address];
     }
-    plant.drive.emplace(*arm.drive, std::move(turning), plant.timestep, description.seed, arm.name);
+    plant.drive.emplace(*arm.drive, std::move(turning), description.seed, arm.name);
   }
   plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
   return plant;
@@ -238,7 +176,7 @@ void World::Impl::add_sensors(const WorldDescription& description) {
 
 void World::Impl::add_grippers(const WorldDescription& description) {
   for (const auto& gripper : description.grippers) {
-    SimGripper::Plant plant{.timestep = to_seconds(description.physics.timestep)};
+    SimGripper::Plant plant;
     for (std::size_t i = 0; i < gripper.fingers.size(); ++i) {
       const int id = mj_name2id(model.get(), mjOBJ_JOINT, (gripper.robot + "/" + gripper.fingers[i]).c_str());
       plant.position_address[i] = model->jnt_qposadr[id];
@@ -296,7 +234,12 @@ void World::Impl::set_start(const WorldDescription& description) {
   forward();
 }
 
-void World::Impl::physics_step(int substep) {
+/// Short steps are for screws, which weigh a few grams: longer ones do while none of them moves.
+Nanoseconds World::Impl::length_of_step() const {
+  return physics.calm_timestep > 0 && threads.sleep(*data) ? physics.calm_timestep : physics.timestep;
+}
+
+void World::Impl::physics_step(Nanoseconds end) {
   mjModel* m = model.get();
   mjData* d = data.get();
   // The state's poses and velocities are known from the end of the last step, so that poses always belong to time().
@@ -305,6 +248,7 @@ void World::Impl::physics_step(int substep) {
   } else {
     contacts->prepare(*m, *d, solids);
     if (threads.empty()) {
+      copy_rows_to_islands(*m, *d);
       mj_step2(m, d);
     } else {
       threads.finish_step(*m, *d);
@@ -312,29 +256,47 @@ void World::Impl::physics_step(int substep) {
   }
   for (auto& watch : watches) watch.update(*m, *d);
   if (contact_list) contact_list->update(*m, *d);
+  const bool settles = rest.settle(*m, *d);
+  if (settles) {
+    for (auto& watch : watches) watch.keep_resting(*m, *d, rest);
+    if (contact_list) contact_list->keep_resting(*m, *d, rest);
+  }
   look();
-  if (!threads.empty() && threads.watch(*m, *d, solids, now + physics.timestep * (substep + 1))) look();
+  if (!threads.empty() && threads.watch(*m, *d, solids, end)) look();
+  if (!settles) return;
+  rest.fall_asleep(*m, *d);
+  look();
 }
 
-/// Positions and velocities of all bodies, and what touches.
+/// Positions and velocities of all bodies, and what touches: the calls of mj_step1 for what our models have. Contacts
+/// have to be there before constraints are made of them, and who sleeps has to be known.
 void World::Impl::look() {
   mjModel* m = model.get();
   mjData* d = data.get();
-  {
-    const Solids::Active known(solids);
-    mj_step1(m, d);
-  }
-  if (!solids.add_contacts(*m, *d)) return;
+  mj_checkPos(m, d);
+  mj_checkVel(m, d);
+  d->flg_energypos = 0;
+  do {
+    mj_fwdKinematics(m, d);
+    rest.woken(*d);
+    mj_makeM(m, d);
+    mj_factorM(m, d);
+    solids.search(*m, *d);
+  } while (rest.wake_touched(*m, *d));
   mj_makeConstraint(m, d);
   mj_island(m, d);
   mj_projectConstraint(m, d);
-  mj_referenceConstraint(m, d);
+  mj_transmission(m, d);
+  mj_sensorPos(m, d);
+  mj_fwdVelocity(m, d);
+  mj_sensorVel(m, d);
 }
 
 /// As mj_forward, with the contact law.
 void World::Impl::forward() {
   look();
   contacts->prepare(*model, *data, solids);
+  copy_rows_to_islands(*model, *data);
   mj_fwdActuation(model.get(), data.get());
   mj_fwdAcceleration(model.get(), data.get());
   mj_fwdConstraint(model.get(), data.get());
@@ -354,6 +316,7 @@ std::size_t World::Impl::stream(StateStream::Mode mode, std::span<std::uint64_t>
   if (mode == StateStream::Mode::kRead) mj_setState(model.get(), data.get(), plant_state.data(), kStateParts);
   contacts->stream(stream);
   threads.stream(stream);
+  rest.stream(stream, *data);
   stream(now);
   for (SimDevice* device : devices) device->stream(stream);
   return stream.position();
@@ -369,15 +332,15 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   auto impl = std::make_unique<Impl>();
   for (const bool visuals : {true, false}) {
-    auto built = mujoco_call("", [&] { return compile(description, visuals, hook); });
+    auto built = mujoco_call("", [&] { return compile_model(description, visuals, hook); });
     if (!built) return std::unexpected(std::move(built.error()));
     if (!*built) return std::unexpected(std::move(built->error()));
     (visuals ? impl->picture_model : impl->model) = std::move(**built);
   }
+  impl->rest = Rest(*impl->model, description);
   impl->data.reset(mj_makeData(impl->model.get()));
   impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
   impl->physics = description.physics;
-  impl->substeps = static_cast<int>(description.physics.period / description.physics.timestep);
   install_solid_contacts();
   impl->solids = Solids(*impl->model, description);
   impl->threads = ThreadLaw(*impl->model, description, impl->solids);
@@ -395,7 +358,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   // The arms hold their start positions, so that the first samples are those of a robot at rest.
   for (SimDevice* device : impl->devices) {
     device->start(*impl->data);
-    device->actuate(*impl->data, 0);
+    device->actuate(*impl->data, {.length = description.physics.timestep, .duration = impl->model->opt.timestep});
   }
   impl->forward();
   for (SimDevice* device : impl->devices) device->measure(*impl->data, 0);
@@ -405,11 +368,14 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
 }
 
 void World::Impl::step() {
-  for (int substep = 0; substep < substeps; ++substep) {
+  const Nanoseconds length = length_of_step();
+  model->opt.timestep = to_seconds(length);
+  for (Substep step{.length = length, .duration = to_seconds(length)}; step.number * length < physics.period;
+       ++step.number) {
     const Nanoseconds begin = profiling ? wall_clock() : 0;
-    for (SimDevice* device : devices) device->actuate(*data, substep);
+    for (SimDevice* device : devices) device->actuate(*data, step);
     const Nanoseconds actuated = profiling ? wall_clock() : 0;
-    physics_step(substep);
+    physics_step(now + length * (step.number + 1));
     if (!profiling) continue;
     times.devices += actuated - begin;
     times.physics += wall_clock() - actuated;
@@ -470,6 +436,10 @@ std::string World::state_word_name(std::size_t word) const {
   impl_->threads.stream(threads);
   if (word < begin + threads.position()) return fmt::format("screws in their threads, value {}", word - begin);
   begin += threads.position();
+  StateStream resting(StateStream::Mode::kCount, {});
+  impl_->rest.stream(resting, *impl_->data);
+  if (word < begin + resting.position()) return fmt::format("parts at rest, value {}", word - begin);
+  begin += resting.position();
   if (word == begin) return "time of the devices";
   ++begin;
   for (std::size_t device = 0; device < impl_->devices.size(); ++device) {
@@ -485,20 +455,26 @@ Snapshot World::save() const {
   Snapshot snapshot(impl_->words.size());
   (void)impl_->stream(StateStream::Mode::kWrite, snapshot);
   for (auto& watch : impl_->watches) watch.save(snapshot);
+  if (impl_->contact_list) impl_->contact_list->save(snapshot);
   return snapshot;
 }
 
 bool World::restore(const Snapshot& snapshot) {
   Impl& w = *impl_;
   const std::size_t size = w.words.size();
-  if (snapshot.size() != size + ContactWatch::kWords * w.watches.size()) return false;
+  const std::size_t watched = ContactWatch::kWords * w.watches.size();
+  if (snapshot.size() != size + watched + (w.contact_list ? ContactList::kWords : 0)) return false;
   w.words.assign(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
   (void)w.stream(StateStream::Mode::kRead, w.words);
   for (std::size_t i = 0; i < w.watches.size(); ++i) {
     w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
   }
+  if (w.contact_list) w.contact_list->restore(std::span(snapshot).subspan(size + watched));
   w.threads.resume(*w.model, *w.data, w.solids);
   for (SimDevice* device : w.devices) device->resume(*w.data);
+  w.rest.wake_all(*w.model, *w.data);
+  w.look();
+  w.rest.fall_asleep(*w.model, *w.data);
   w.look();
   return true;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -341,13 +342,20 @@ struct SimDeviceDescription {
 enum class Integrator { kEuler, kImplicitFast, kRungeKutta4 };
 
 struct Physics {
-  Nanoseconds period = kMillisecond;                           ///< one control cycle = one World::step
-  Nanoseconds timestep = kMillisecond;                         ///< of the physics; divides the period
+  Nanoseconds period = kMillisecond;    ///< one control cycle = one World::step
+  Nanoseconds timestep = kMillisecond;  ///< of the physics; divides the period
+  /// Of the physics in cycles that begin while all screws sleep (sim/rest.h); divides the period. 0: as `timestep`.
+  Nanoseconds calm_timestep = 0;
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2 in W
   Integrator integrator = Integrator::kEuler;
   bool search_all_pairs = false;  ///< for contacts, also those of bodies that can never meet (sim/reach.h)
+  /// Trees of bodies that no contact and no constraint joins are solved apart, with sparse matrices where there are
+  /// many bodies (sim/islands.h); false: all bodies in one dense system, for comparisons.
+  bool islands = true;
+  bool rest = true;  ///< free objects that lie still fall asleep (sim/rest.h); only with islands
   int solver_iterations = 20;
   double solver_tolerance = 1e-10;
+  [[nodiscard]] Nanoseconds longest_step() const { return std::max(timestep, calm_timestep); }
   double plant_mass_scale = 1.0;  ///< multiplies mass and inertia of all robots in the plant only (row D6)
 };
 

@@ -1,6 +1,7 @@
 // validate, verify, list: whole files and folders of them.
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -207,15 +208,31 @@ FailureMoment moment_of(const Verified& verified) {
   return moment;
 }
 
+/// @return the film; empty: there is none, and a note says why
+std::string film_moment(const FailureMoment& moment, const FailureFilmArguments& arguments, const Common& common,
+                        Verified& verified) {
+  const auto made = film_failure(verified.file, moment, arguments, common);
+  if (made) return made->string();
+  verified.diagnostics.note("", "the failure was not filmed: " + made.error().to_string());
+  return {};
+}
+
+/// Of each way of interrupting the first that failed.
+void film_interruptions(const FailureFilmArguments& arguments, const Common& common, Verified& verified) {
+  std::set<scenario::Interruptions::Way> filmed;
+  for (const scenario::Interruptions::Case& failed : verified.tries->failed) {
+    if (!filmed.insert(failed.way).second) continue;
+    const FailureMoment moment{.time = 0.0, .at_end = true, .interruption = failed};
+    std::string film = film_moment(moment, arguments, common, verified);
+    if (!film.empty()) verified.tries->films.push_back(std::move(film));
+  }
+}
+
 void film(const FailureFilmArguments& arguments, const Common& common, Verified& verified) {
   const bool failed = verified.status == kNotHeld || verified.status == kFault;
-  if (arguments.off || !failed || verified.run.cycles == 0 || (verified.tries && !verified.tries->held())) return;
-  const auto made = film_failure(verified.file, moment_of(verified), arguments, common);
-  if (made) {
-    verified.film = made->string();
-  } else {
-    verified.diagnostics.note("", "the failure was not filmed: " + made.error().to_string());
-  }
+  if (arguments.off || !failed || verified.run.cycles == 0) return;
+  if (verified.tries && !verified.tries->held()) return film_interruptions(arguments, common, verified);
+  verified.film = film_moment(moment_of(verified), arguments, common, verified);
 }
 
 /// One scenario that fails in an unforeseen manner does not keep the others from being verified.

@@ -14,11 +14,14 @@ namespace {
 constexpr double kBefore = 3.0, kAfter = 1.0;  ///< s
 
 /// "scenarios/deep/touch.json" is "scenarios_deep_touch.mp4": two scenarios may have the same name in two folders.
-std::string film_name(const std::filesystem::path& scenario) {
+std::string film_name(const std::filesystem::path& scenario, const FailureMoment& moment) {
   std::string name = scenario.lexically_normal().replace_extension().generic_string();
   std::ranges::replace(name, '/', '_');
   const std::size_t first = name.find_first_not_of("._");
-  return (first == name.npos ? "film" : name.substr(first)) + ".mp4";
+  name = first == name.npos ? "film" : name.substr(first);
+  if (const auto& tried = moment.interruption)
+    name += fmt::format("_{}_{}", scenario::Interruptions::name_of(tried->way), tried->cycle);
+  return name + ".mp4";
 }
 
 Result<void> make_folder(const std::filesystem::path& folder) {
@@ -46,6 +49,22 @@ scenario::RunOptions film_options(const std::filesystem::path& film, const Failu
   return options;
 }
 
+/// A program that was interrupted ends by itself; a film of one that does not has to end all the same.
+constexpr double kLongestAftermath = 15.0;  // s
+
+/// In place of the moment: the same interruption, in the run that is filmed.
+void interrupt_again(const scenario::Interruptions::Case& tried, double period, scenario::Interruptions& again,
+                     scenario::RunOptions& options) {
+  const double time = period * static_cast<double>(tried.cycle);
+  again.attach(options);
+  options.video_from = std::max(0.0, time - kBefore);
+  options.video_to = time + kLongestAftermath;
+  options.video_failure = tried.wrong;
+  options.after_cycle = [end = options.video_to, watch = options.after_cycle](scenario::BuiltCell& built) {
+    return watch(built) && to_seconds(built.core->time()) <= end;
+  };
+}
+
 }  // namespace
 
 void add_failure_film_options(CLI::App& verb, FailureFilmArguments& arguments) {
@@ -58,10 +77,16 @@ void add_failure_film_options(CLI::App& verb, FailureFilmArguments& arguments) {
 Result<std::filesystem::path> film_failure(const std::filesystem::path& scenario, const FailureMoment& moment,
                                            const FailureFilmArguments& arguments, const Common& common) {
   if (const auto made = make_folder(arguments.folder); !made) return std::unexpected(made.error());
-  auto session = scenario::Session::open(scenario, common.library());
+  scenario::OpenOptions opening;
+  opening.all_may_fail = moment.interruption.has_value();
+  auto session = scenario::Session::open(scenario, common.library(), opening);
   if (!session) return std::unexpected(session.error());
-  const std::filesystem::path film = std::filesystem::path(arguments.folder) / film_name(scenario);
-  const scenario::RunReport report = (*session)->run(film_options(film, moment));
+  const std::filesystem::path film = std::filesystem::path(arguments.folder) / film_name(scenario, moment);
+  scenario::RunOptions options = film_options(film, moment);
+  auto again = scenario::Interruptions::again(moment.interruption.value_or(scenario::Interruptions::Case{}));
+  if (moment.interruption)
+    interrupt_again(*moment.interruption, to_seconds((*session)->built().core->period()), again, options);
+  const scenario::RunReport report = (*session)->run(options);
   if (report.frames > 0) return film;
   return std::unexpected(report.diagnostics);
 }

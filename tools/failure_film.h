@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "core/base/diagnostics.h"
+#include "scenario/interruptions.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
@@ -21,10 +23,14 @@ void add_failure_film_options(CLI::App& verb, FailureFilmArguments& arguments);
 struct FailureMoment {
   double time = 0.0;   ///< s of simulated time
   bool at_end = true;  ///< the run ended then
+  /// It failed because it was interrupted; `time` does not count.
+  std::optional<scenario::Interruptions::Case> interruption = {};
 };
 
-/// Runs a scenario again, which repeats it to the bit, and films the three seconds before the moment and one after it.
-/// @return the film: in the folder, named as the scenario; diagnostics: it cannot be made. Realtime: setup.
+/// Runs a scenario again, which repeats it to the bit, and films the three seconds before the moment and one after it;
+/// of an interruption the three seconds before it and what comes of it.
+/// @return the film: in the folder, named as the scenario, and after the interruption ("touch_cancel_1200.mp4");
+/// diagnostics: it cannot be made. Realtime: setup.
 [[nodiscard]] Result<std::filesystem::path> film_failure(const std::filesystem::path& scenario,
                                                          const FailureMoment& moment,
                                                          const FailureFilmArguments& arguments, const Common& common);

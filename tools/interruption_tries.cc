@@ -47,13 +47,15 @@ void add_interruption_options(CLI::App& verb, InterruptionArguments& arguments) 
   add("--cancel-every", arguments.cancel_every, "cancelled");
   add("--pause-every", arguments.pause_every, "paused and resumed");
   add("--abort-every", arguments.abort_every, "aborted");
-  add("--fault-every", arguments.fault_every, "met by a fault of an arm");
+  add("--fault-every", arguments.fault_every, "met by a fault of a device");
 }
 
 InterruptionTries try_interruptions(const std::filesystem::path& file, const InterruptionArguments& arguments,
                                     const Common& common) {
   InterruptionTries tries;
-  auto session = scenario::Session::open(file, common.library());
+  scenario::OpenOptions opening;
+  opening.all_may_fail = arguments.fault_every > 0;
+  auto session = scenario::Session::open(file, common.library(), opening);
   if (!session) {
     tries.diagnostics = session.error();
     return tries;
@@ -73,17 +75,15 @@ InterruptionTries try_interruptions(const std::filesystem::path& file, const Int
     interruptions.answer_after(built.cell, built.core->period(), report);
   }
   tries.failures = interruptions.failures();
+  tries.failed = interruptions.failed();
   return tries;
 }
 
 nlohmann::ordered_json to_json(const InterruptionTries& tries) {
-  return {{"held", tries.held()},
-          {"cancels", tries.cancels},
-          {"pauses", tries.pauses},
-          {"aborts", tries.aborts},
-          {"faults", tries.faults},
-          {"failures", tries.failures},
-          {"diagnostics", to_json(tries.diagnostics)}};
+  return {{"held", tries.held()},   {"cancels", tries.cancels},
+          {"pauses", tries.pauses}, {"aborts", tries.aborts},
+          {"faults", tries.faults}, {"failures", tries.failures},
+          {"films", tries.films},   {"diagnostics", to_json(tries.diagnostics)}};
 }
 
 std::string to_text(const InterruptionTries& tries) {
@@ -94,6 +94,7 @@ std::string to_text(const InterruptionTries& tries) {
     if (count > 0) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, what);
   std::string text = fmt::format("  {} {:<28} {}\n", tries.held() ? "ok  " : "FAIL", "interruptions", counts);
   for (const std::string& failure : tries.failures) text += fmt::format("       {}\n", failure);
+  for (const std::string& film : tries.films) text += fmt::format("       film {}\n", film);
   return text;
 }
 

@@ -30,7 +30,6 @@ struct BlendSource {
   std::string arm = {};                                            ///< whose motion it is; of two the leader
   std::optional<command::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
   std::optional<command::SpringParameters> compliance = {};  ///< of the arm meanwhile
-  bool avoids = false;                                       ///< it goes around obstacles: a `move`
 };
 
 /// What precedes on an actuator when an activity is prepared.

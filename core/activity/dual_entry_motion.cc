@@ -140,8 +140,7 @@ BlendSource blend_source(const DualEntryMotion& dual, const command::PlannedMoti
           .partner_X_FM = planned.partner ? planned.partner->X_FM : Eigen::Isometry3d::Identity(),
           .arm = dual.clock,
           .abort_if = dual.abort_if.empty() ? std::nullopt : dual.abort_if.back(),
-          .compliance = options.compliance,
-          .avoids = options.avoids};
+          .compliance = options.compliance};
 }
 
 /// Where the arms are after it, and from what they may be taken over.

@@ -52,7 +52,6 @@ struct MotionOptions {
   /// on (command::plan_weaves); where the next motion takes over in the run it ends at rest before.
   std::optional<command::WeaveParameters> weave = {};
   std::optional<HeldForce> force_offset = {};  ///< laid over the path, in place of a weave
-  bool avoids = false;                         ///< it goes around obstacles: a `move`
 };
 
 /// Is the blend one that can be? Diagnostics at "/blend".

@@ -209,6 +209,16 @@ collision::Trajectory trajectory_of(const command::Cell& cell, std::vector<Playe
       moved.push_back({&track.joints, &arm->second.joints, played.begin, played.stops});
     }
   }
+  trajectory.acceleration_between = [all = moved, from, most = trajectory.acceleration](double begin, double end,
+                                                                                        std::vector<double>& out) {
+    std::size_t next = 0;
+    for (const Moved& one : all) {
+      const auto on_track = [&](double time) { return std::clamp(from + time - one.begin, 0.0, one.stops); };
+      const JointVector largest = one.track->largest_acceleration(on_track(begin), on_track(end));
+      for (std::size_t j = 0; j < one.joints->size(); ++j, ++next)
+        out[next] = std::min(most[next], kInterpolated * largest[static_cast<Eigen::Index>(j)]);
+    }
+  };
   trajectory.at = [all = std::move(moved), from](double time, std::vector<double>& q) {
     for (const Moved& one : all) {
       const JointVector joints = one.track->at(std::clamp(from + time - one.begin, 0.0, one.stops));

@@ -33,9 +33,13 @@ struct CellShapes {
   std::set<std::string, std::less<>> free_objects = {};                ///< of these: that arms may carry
   std::map<std::string, Mechanism, std::less<>> arms = {};             ///< by device
   std::map<std::string, std::vector<int>, std::less<>> grippers = {};  ///< joints of the fingers, each half the width
+  int floor = -1;  ///< body of the ground, an object; -1: the cell has none
   /// Bodies that are made to meet, the smaller number first: a tool changer and a tool side that fits.
   std::set<std::pair<int, int>> couplings = {};
 
+  /// The ground below z = 0 as one more body, "floor", or "world/floor" where the cell has something of that name.
+  /// Realtime: setup.
+  void add_floor();
   [[nodiscard]] bool is_relaxed(const Body& a, const Body& b) const;
   /// All names that a Relaxation may use. Realtime: setup.
   [[nodiscard]] std::vector<std::string> names() const;

@@ -51,6 +51,8 @@ Contact ContactRules::contact(int a, int b, const Touching& touching) const {
   if (holds(a, b) || holds(b, a)) return Contact::kIgnored;
   if (one.arm == other.arm && one.carried && other.carried) return Contact::kIgnored;  // fixed to each other
   if (shapes_.is_relaxed(shapes_.scene.body(a), shapes_.scene.body(b))) return Contact::kIgnored;
+  // What drives stays as high as it is, and all that stands on it.
+  if ((a == shapes_.floor && other.base) || (b == shapes_.floor && one.base)) return Contact::kIgnored;
   if (shapes_.couplings.contains(std::minmax(a, b))) return Contact::kSetDown;
   if (one.arm == other.arm && one.base && !(one.machine && other.machine)) return Contact::kIgnored;  // it stands there
   if (one.arm == other.arm) return Contact::kForbidden;

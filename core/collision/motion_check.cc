@@ -106,20 +106,20 @@ class PairWalk {
     if (room_after <= keep_.margin) return hit_at(k + 1);
     const Place end = here(samples_.time(k + 1), room_after);
     if (q_.empty()) q_ = samples_.q_at(0.0);
-    return halve(begin, end, 0);
+    return halve(begin, end, k, 0);
   }
-  [[nodiscard]] std::optional<Hit> halve(const Place& begin, const Place& end, int level) {
+  [[nodiscard]] std::optional<Hit> halve(const Place& begin, const Place& end, int k, int level) {
     const double apart = end.time - begin.time;
-    const double way =
-        samples_.between(pair_.a(), begin.X_A, end.X_A, apart) + samples_.between(pair_.b(), begin.X_B, end.X_B, apart);
+    const double way = samples_.between(pair_.a(), k, begin.X_A, end.X_A, apart) +
+                       samples_.between(pair_.b(), k, begin.X_B, end.X_B, apart);
     // Wherever on its way a point is: it is near one of the ends.
     if (way < begin.room + end.room || level == kFinest) return std::nullopt;
     const double middle = 0.5 * (begin.time + end.time);
     samples_.put_all(middle, q_);
     const Place between = here(middle, room_here(way));
     if (between.room <= keep_.margin) return hit(middle, between.room + keep_.least);
-    if (auto first = halve(begin, between, level + 1)) return first;
-    return halve(between, end, level + 1);
+    if (auto first = halve(begin, between, k, level + 1)) return first;
+    return halve(between, end, k, level + 1);
   }
 
   [[nodiscard]] Hit hit(double time, double distance) const {
@@ -177,6 +177,7 @@ std::vector<Hit> check_motion(const Scene& scene, const State& state, const Traj
     for (int b = 0; b < n; ++b) {
       if (b == a || mover(a) == mover(b) || (samples.moves(b) && b < a) || scene.never_meet(a, b)) continue;
       if (scene.body(b).parts.empty() || !asked_for(options, a, b)) continue;
+      if (scene.least_distance(a, b) > options.margin) continue;
       // Most pairs are further apart than the whole motion is long.
       samples.put(a, 0);
       samples.put(b, 0);

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kSampleStep = 4e-3;  // s: fine enough that few pairs need more
 constexpr int kMostSamples = 4000;
+constexpr double kLongStep = 4.0 * kSampleStep;  // s: of a motion of more than a minute
 
 }  // namespace
 
@@ -35,7 +36,7 @@ void MotionSamples::put_all(double time, std::vector<double>& q) {
   scene_.place_some({.q = q, .fixings = state_.fixings}, order_, poses_);
 }
 
-double MotionSamples::between(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+double MotionSamples::between(int body, int k, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
                               double apart) const {
   const int row = row_of_[static_cast<std::size_t>(body)];
   if (row < 0) return 0.0;
@@ -45,7 +46,8 @@ double MotionSamples::between(int body, const Eigen::Isometry3d& from, const Eig
   // By how much a turn moves a point at distance 1: 2 sin(angle / 2), from the nine differences.
   const double turn = (to.linear() - from.linear()).norm() / std::numbers::sqrt2;
   // The chord, and twice by how much the path of any point can leave it: away from one end and from the other.
-  return shift + one.radius * turn + bend_[static_cast<std::size_t>(row)] * apart * apart / 4.0;
+  const std::size_t of_step = bend_.size() > order_.size() ? order_.size() * static_cast<std::size_t>(k) : 0;
+  return shift + one.radius * turn + bend_[of_step + static_cast<std::size_t>(row)] * apart * apart / 4.0;
 }
 
 std::vector<double> MotionSamples::q_at(double time) const {
@@ -55,33 +57,52 @@ std::vector<double> MotionSamples::q_at(double time) const {
 }
 
 void MotionSamples::find_curvature() {
-  const std::vector<double> fastest = fastest_joints();
-  bend_.assign(order_.size(), 0.0);
-  for (std::size_t row = 0; row < order_.size(); ++row) {
-    double speed = 0.0, turn = 0.0, push = 0.0;
-    for (std::size_t j = 0; j < motion_.joints.size(); ++j) {
-      const double lever = lever_of(order_[row], motion_.joints[j]);
-      if (lever < 0.0) continue;
-      const Body& mover = scene_.body(body_of(motion_.joints[j]));
-      const double arm = mover.prismatic ? 1.0 : lever;
-      push += arm * motion_.acceleration[j];
-      speed += arm * fastest[j];
-      if (!mover.prismatic) turn += fastest[j];
-    }
-    bend_[row] = push + 2.0 * turn * speed;
+  const std::vector<double> levers = find_levers();
+  std::vector<double> acceleration = motion_.acceleration;
+  if (!motion_.acceleration_between || step() <= kLongStep)
+    return add_curvature(levers, acceleration, fastest_joints(1, count_, acceleration));
+  for (int k = 1; k <= count_; ++k) {
+    motion_.acceleration_between(time(k - 1), time(k), acceleration);
+    add_curvature(levers, acceleration, fastest_joints(k, k, acceleration));
   }
 }
 
-std::vector<double> MotionSamples::fastest_joints() const {
+std::vector<double> MotionSamples::find_levers() const {
+  std::vector<double> levers;
+  levers.reserve(order_.size() * motion_.joints.size());
+  for (const int body : order_)
+    for (const int joint : motion_.joints) levers.push_back(lever_of(body, joint));
+  return levers;
+}
+
+void MotionSamples::add_curvature(const std::vector<double>& levers, const std::vector<double>& acceleration,
+                                  const std::vector<double>& fastest) {
+  auto lever = levers.begin();
+  for (std::size_t row = 0; row < order_.size(); ++row) {
+    double speed = 0.0, turn = 0.0, push = 0.0;
+    for (std::size_t j = 0; j < motion_.joints.size(); ++j, ++lever) {
+      if (*lever < 0.0) continue;
+      const Body& mover = scene_.body(body_of(motion_.joints[j]));
+      const double arm = mover.prismatic ? 1.0 : *lever;
+      push += arm * acceleration[j];
+      speed += arm * fastest[j];
+      if (!mover.prismatic) turn += fastest[j];
+    }
+    bend_.push_back(push + 2.0 * turn * speed);
+  }
+}
+
+std::vector<double> MotionSamples::fastest_joints(int first_step, int last_step,
+                                                  const std::vector<double>& acceleration) const {
   std::vector<double> fastest(motion_.joints.size(), 0.0);
   if (motion_.duration <= 0.0) return fastest;
-  for (int k = 1; k <= count_; ++k) {
+  for (int k = first_step; k <= last_step; ++k) {
     for (std::size_t j = 0; j < motion_.joints.size(); ++j) {
       const auto joint = static_cast<std::size_t>(motion_.joints[j]);
       fastest[j] = std::max(fastest[j], std::abs(joints(k)[joint] - joints(k - 1)[joint]) / step());
     }
   }
-  for (std::size_t j = 0; j < fastest.size(); ++j) fastest[j] += motion_.acceleration[j] * step();
+  for (std::size_t j = 0; j < fastest.size(); ++j) fastest[j] += acceleration[j] * step();
   return fastest;
 }
 
@@ -126,7 +147,7 @@ void MotionSamples::sample() {
       const std::size_t now = index(static_cast<int>(row), k);
       sampled_[now] = poses_[static_cast<std::size_t>(order_[row])];
       if (k == 0) continue;
-      travel_[now] = travel_[now - 1] + between(order_[row], sampled_[now - 1], sampled_[now], step());
+      travel_[now] = travel_[now - 1] + between(order_[row], k - 1, sampled_[now - 1], sampled_[now], step());
     }
   }
 }

@@ -33,8 +33,8 @@ class MotionSamples {
 
   /// Puts all that moves to any time, for looks between samples.
   void put_all(double time, std::vector<double>& q);
-  /// The same bound as travel(), for two poses of a body that are `apart` s apart.
-  [[nodiscard]] double between(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+  /// The same bound as travel(), for two poses of a body within the step after sample k that are `apart` s apart.
+  [[nodiscard]] double between(int body, int k, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
                                double apart) const;
   [[nodiscard]] std::vector<double> q_at(double time) const;
 
@@ -45,10 +45,16 @@ class MotionSamples {
   [[nodiscard]] std::vector<double>& joints(int k) { return q_[static_cast<std::size_t>(k)]; }
   [[nodiscard]] const std::vector<double>& joints(int k) const { return q_[static_cast<std::size_t>(k)]; }
 
-  /// Largest acceleration of any point of each body: joints that accelerate, and turns of what turns.
+  /// Largest acceleration of any point of each body: joints that accelerate, and turns of what turns. Of the whole
+  /// motion, or of each step where steps are long.
   void find_curvature();
+  void add_curvature(const std::vector<double>& levers, const std::vector<double>& acceleration,
+                     const std::vector<double>& fastest);
+  /// By row and joint of the motion; see lever_of().
+  [[nodiscard]] std::vector<double> find_levers() const;
   /// No joint is faster than the fastest of the chords and what it can gain between two samples.
-  [[nodiscard]] std::vector<double> fastest_joints() const;
+  [[nodiscard]] std::vector<double> fastest_joints(int first_step, int last_step,
+                                                   const std::vector<double>& acceleration) const;
   [[nodiscard]] int body_of(int joint) const;
   [[nodiscard]] int parent_of(int body) const;
   /// How far a point of a body can be from the axis of a joint below it, in any posture; negative: that joint does not
@@ -68,7 +74,7 @@ class MotionSamples {
   Poses poses_;
   std::vector<Eigen::Isometry3d> sampled_;
   std::vector<double> travel_;
-  std::vector<double> bend_;  ///< by row: largest acceleration of a point, m/s^2
+  std::vector<double> bend_;  ///< by row, or by step and row: largest acceleration of a point, m/s^2
 };
 
 }  // namespace takt::collision

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/random.h"
+#include "core/collision/always_apart.h"
 #include "core/collision/body_pair.h"
 #include "core/collision/drilled.h"
 #include "core/collision/narrow_phase.h"
@@ -38,6 +39,7 @@ void Scene::add_body(Body body, const Fixing& fixing) {
   bodies_.push_back(std::move(body));
   start_.fixings.push_back(fixing);
   never_.clear();
+  apart_.clear();
 }
 
 Diagnostics Scene::add_robot(const std::string& name, const kinematics::RobotModel& model, int parent,
@@ -224,6 +226,20 @@ void Scene::find_pairs_that_never_meet() {
       const bool adjacent = group(a) == group(b) || (up(group(a)) >= 0 && group(up(group(a))) == group(b)) ||
                             (up(group(b)) >= 0 && group(up(group(b))) == group(a));
       if (adjacent || always_in_contact(a, b)) never(a, b);
+    }
+  }
+  find_proven_apart();
+}
+
+void Scene::find_proven_apart() {
+  const int n = static_cast<int>(bodies_.size());
+  apart_.assign(bodies_.size() * bodies_.size(), false);
+  for (int a = 0; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) {
+      if (never_meet(a, b) || body(a).owner != body(b).owner) continue;
+      if (!always_apart(*this, a, b, lower_, upper_, kProvenApart)) continue;
+      for (const auto& [one, other] : {std::pair(a, b), std::pair(b, a)})
+        apart_[static_cast<std::size_t>(one) * bodies_.size() + static_cast<std::size_t>(other)] = true;
     }
   }
 }

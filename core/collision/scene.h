@@ -90,6 +90,11 @@ class Scene {
   [[nodiscard]] bool never_meet(int a, int b) const {
     return never_[static_cast<std::size_t>(a) * bodies_.size() + static_cast<std::size_t>(b)];
   }
+  /// Two bodies are never nearer to each other than this, in any posture within the ranges of the joints, m: proven of
+  /// links of one robot with at most two joints between them. 0: not known.
+  [[nodiscard]] double least_distance(int a, int b) const {
+    return apart_[static_cast<std::size_t>(a) * bodies_.size() + static_cast<std::size_t>(b)] ? kProvenApart : 0.0;
+  }
   /// Finds these pairs; to be called once, when all is added. Realtime: setup, deterministic.
   void find_pairs_that_never_meet();
   /// The same for bodies of one machine, and of what it carries, that are as near as `near` (m) in a posture that is
@@ -97,8 +102,12 @@ class Scene {
   void accept_as_built(const State& state, double near);
 
  private:
+  /// m: more than is kept between links of one machine
+  static constexpr double kProvenApart = 2e-3;
+
   void add_body(Body body, const Fixing& fixing);
   void never(int a, int b);
+  void find_proven_apart();
   [[nodiscard]] bool always_in_contact(int a, int b) const;
   /// The body at the root of all that is mounted on each other.
   [[nodiscard]] int assembly_of(int body) const;
@@ -108,6 +117,7 @@ class Scene {
   std::vector<double> lower_, upper_;  ///< of the joints
   State start_;
   std::vector<bool> never_;
+  std::vector<bool> apart_;  ///< proven to be
 };
 
 /// The distance of two bodies at these poses: certified, as of separation(). Realtime: any thread.

@@ -21,6 +21,28 @@ double time_on(const TimeLaw& law, double s_begin, double s_end) {
   return (s_end >= 1.0 ? law.duration() : time_at(s_end)) - (s_begin <= 0.0 ? 0.0 : time_at(s_begin));
 }
 
+struct Rates {
+  double ds = 0.0, dds = 0.0;  ///< 1/s, 1/s^2
+};
+
+/// The largest of a law between two times.
+Rates largest_rates(const TimeLaw& law, double from, double to) {
+  LawPoint now = law.at(from);
+  Rates most;
+  const auto look = [&most](const LawPoint& point) {
+    most = {.ds = std::max(most.ds, std::abs(point.ds)), .dds = std::max(most.dds, std::abs(point.dds))};
+  };
+  look(now);
+  for (const TimeLaw::Segment& segment : law.segments_between(from, to)) {
+    now.ddds = segment.jerk;
+    const double turns = segment.jerk != 0.0 ? -now.dds / segment.jerk : 0.0;  // where the rate is largest
+    if (turns > 0.0 && turns < segment.duration_s) look(advanced(now, turns));
+    now = advanced(now, segment.duration_s);
+    look(now);
+  }
+  return most;
+}
+
 }  // namespace
 
 std::optional<JointTrack> JointTrack::follow(const ArmModel& arm, const Motion& motion) {
@@ -44,6 +66,7 @@ std::optional<JointTrack> JointTrack::follow(const ArmModel& arm, const Motion& 
     } else {
       q = sample(own.path.geometry, {.s = own.path.own_end, .ds = 0.0, .dds = 0.0}).joints.q;
     }
+    find_derivatives(own);
     track.pieces_.push_back(std::move(own));
   }
   if (track.pieces_.empty()) return std::nullopt;
@@ -60,6 +83,35 @@ JointVector JointTrack::between(const std::vector<Node>& nodes, double t) {
   return v3 * (1.0 + 3.0 * u + 6.0 * u * u) * a.q + u3 * (1.0 + 3.0 * v + 6.0 * v * v) * b.q +
          h * (v3 * u * (1.0 + 3.0 * u) * a.dq - u3 * v * (1.0 + 3.0 * v) * b.dq) +
          (0.5 * h * h) * (v3 * u * u * a.ddq + u3 * v * v * b.ddq);
+}
+
+void JointTrack::find_derivatives(Piece& piece) {
+  constexpr int kLooks = 32;
+  const double span = piece.s_end - piece.s_begin, by_span = span > 0.0 ? 1.0 / span : 0.0;
+  const auto look = [&piece, by_span](const JointVector& by_t, const JointVector& twice_by_t) {
+    if (piece.first.size() == 0) piece.first = piece.second = JointVector::Zero(by_t.size());
+    piece.first = piece.first.cwiseMax(by_t.cwiseAbs() * by_span);
+    piece.second = piece.second.cwiseMax(twice_by_t.cwiseAbs() * (by_span * by_span));
+  };
+  for (const Node& node : piece.nodes) look(node.dq, node.ddq);
+  if (!piece.nodes.empty()) return;
+  const double rate = piece.path.own_end - piece.path.own_begin;
+  for (int k = 0; k <= kLooks; ++k) {
+    const double own = piece.path.own_begin + rate * k / kLooks;
+    const PathSample there = sample(piece.path.geometry, {.s = own, .ds = rate, .dds = 0.0});
+    look(there.joints.dq, there.joints.ddq);
+  }
+}
+
+JointVector JointTrack::largest_acceleration(double from, double to) const {
+  constexpr double kReserve = 1.25;
+  const auto [ds, dds] = largest_rates(law_, from, to);
+  const double s_from = law_.at(from).s, s_to = law_.at(to).s;
+  JointVector most = JointVector::Zero(pieces_.front().first.size());
+  for (const Piece& piece : pieces_)
+    if (piece.s_begin <= s_to && piece.s_end >= s_from)
+      most = most.cwiseMax(kReserve * (piece.first * dds + piece.second * (ds * ds)));
+  return most;
 }
 
 JointVector JointTrack::at(double tau) const {

@@ -21,6 +21,9 @@ class JointTrack {
   [[nodiscard]] double duration() const { return law_.duration(); }  ///< s
   /// Joint positions at path time tau (s), rad or m. Realtime: cyclic, O(log pieces).
   [[nodiscard]] JointVector at(double tau) const;
+  /// No joint accelerates more between two path times (s), rad/s^2 or m/s^2: from the largest derivatives of the path
+  /// at its nodes, with a quarter of reserve for what is between them, and the rates of the law. Realtime: setup.
+  [[nodiscard]] JointVector largest_acceleration(double from, double to) const;
 
  private:
   struct Node {
@@ -29,9 +32,11 @@ class JointTrack {
   struct Piece {
     double s_begin = 0.0, s_end = 1.0;
     PathPiece path;
-    std::vector<Node> nodes = {};  ///< equally spaced in t; of a Cartesian piece
+    std::vector<Node> nodes = {};         ///< equally spaced in t; of a Cartesian piece
+    JointVector first = {}, second = {};  ///< largest derivatives by s
   };
   [[nodiscard]] static JointVector between(const std::vector<Node>& nodes, double t);
+  static void find_derivatives(Piece& piece);
 
   TimeLaw law_;
   std::vector<Piece> pieces_;

@@ -342,27 +342,66 @@ std::optional<TorqueProfile> PathPlanner::torques_along(const std::vector<Planne
   return profile;
 }
 
+// s: half the shortest cycle that a device takes.
+constexpr double kJerkStep = 0.5e-3;
+
+bool PathPlanner::follow(const Motion& motion, const LawPoint& at, JointVector& q) const {
+  const PathSample there = sample(motion.path, {.s = at.s, .ds = at.ds, .dds = at.dds});
+  if (!there.cartesian) {
+    q = there.joints.q;
+    return true;
+  }
+  // walk() has followed the path; a step that fails here says nothing of its jerk.
+  return inverse_->solve(there.frame.X_BM * X_FM_.inverse(), there.held.q, q) == kinematics::IkStatus::kOk;
+}
+
+double PathPlanner::jerk_share(const std::array<JointVector, 4>& q) const {
+  const JointVector jerk = (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]) / (kJerkStep * kJerkStep * kJerkStep);
+  return (jerk.cwiseAbs().array() / limits_.jerk.array()).maxCoeff();
+}
+
 PathPlanner::JerkPeak PathPlanner::largest_jerk(const Motion& motion) const {
-  constexpr double kStep = 0.5e-3;  // s: half the shortest cycle that a device takes
-  const Eigen::Isometry3d X_MF = X_FM_.inverse();
-  const auto count = static_cast<std::int64_t>(std::ceil(motion.duration() / kStep));
+  constexpr double kLong = 60.0;  // s: 120 000 steps, a tenth of a second of planning
+  return motion.duration() <= kLong ? largest_jerk_of_each_step(motion) : largest_jerk_along_path(motion);
+}
+
+PathPlanner::JerkPeak PathPlanner::largest_jerk_of_each_step(const Motion& motion) const {
+  const auto count = static_cast<std::int64_t>(std::ceil(motion.duration() / kJerkStep));
   std::array<JointVector, 4> q;  // the newest last
   q.fill(motion.q_start);
   const std::int64_t known_from = motion.law.begins_in_motion() ? 3 : 1;  // what was before is another plan's
   JerkPeak peak;
   for (std::int64_t k = 1; k <= count; ++k) {
-    const LawPoint at = motion.law.at(static_cast<double>(k) * kStep);
+    const LawPoint at = motion.law.at(static_cast<double>(k) * kJerkStep);
     std::ranges::rotate(q, q.begin() + 1);
     q[3] = q[2];
-    const PathSample there = sample(motion.path, {.s = at.s, .ds = at.ds, .dds = at.dds});
-    if (!there.cartesian) {
-      q[3] = there.joints.q;
-    } else if (inverse_->solve(there.frame.X_BM * X_MF, there.held.q, q[3]) != kinematics::IkStatus::kOk) {
-      continue;  // walk() has followed the path; a step that fails here says nothing of its jerk
-    }
-    const JointVector jerk = (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]) / (kStep * kStep * kStep);
-    const double share = (jerk.cwiseAbs().array() / limits_.jerk.array()).maxCoeff();
+    if (!follow(motion, at, q[3])) continue;
+    const double share = jerk_share(q);
     if (k >= known_from && share > peak.share) peak = {.share = share, .s = at.s};
+  }
+  return peak;
+}
+
+/// Of a motion that lasts too long to look at each step: four steps in a row, again and again, with a small part of the
+/// path between them. Where the arm is slow, little can happen in it.
+PathPlanner::JerkPeak PathPlanner::largest_jerk_along_path(const Motion& motion) const {
+  constexpr double kSpacing = 1.0 / 20'000.0;  // of the path
+  constexpr double kWindow = 3.0 * kJerkStep;
+  std::array<JointVector, 4> q;
+  q.fill(motion.q_start);
+  JerkPeak peak;
+  double jump = kJerkStep;
+  for (double t = 0.0; t + kWindow <= motion.duration();) {
+    q.fill(q[3]);
+    bool known = true;
+    for (std::size_t k = 0; k < q.size(); ++k) {
+      if (k > 0) q[k] = q[k - 1];
+      known = follow(motion, motion.law.at(t + static_cast<double>(k) * kJerkStep), q[k]) && known;
+    }
+    const double s = motion.law.at(t).s;
+    if (const double share = jerk_share(q); known && share > peak.share) peak = {.share = share, .s = s};
+    for (jump *= 2.0; jump > kJerkStep && motion.law.at(t + jump).s - s > kSpacing;) jump /= 2.0;
+    t += std::max(jump, kJerkStep);
   }
   return peak;
 }

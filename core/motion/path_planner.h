@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -92,6 +93,11 @@ class PathPlanner {
   };
   /// The largest third difference of the joints over the whole motion.
   [[nodiscard]] JerkPeak largest_jerk(const Motion& motion) const;
+  [[nodiscard]] JerkPeak largest_jerk_of_each_step(const Motion& motion) const;
+  [[nodiscard]] JerkPeak largest_jerk_along_path(const Motion& motion) const;
+  /// @param[in,out] q  joints one step before; unchanged if the posture is not found. @return whether it is
+  [[nodiscard]] bool follow(const Motion& motion, const LawPoint& at, JointVector& q) const;
+  [[nodiscard]] double jerk_share(const std::array<JointVector, 4>& q) const;
 
   const kinematics::Chain& chain_;
   const kinematics::InverseKinematics* inverse_;

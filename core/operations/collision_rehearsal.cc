@@ -72,6 +72,7 @@ std::shared_ptr<const PlayedStep> played_step(Rehearsal& rehearsal, TimedMotion 
   if (PlayedSteps& played = rehearsal.collisions.played; !played.empty() && is_waiting(*played.back(), *step)) {
     step->arm = played.back()->arm;
     step->moves = played.back()->moves;
+    step->may_wait = played.back()->may_wait;
     played.pop_back();
   }
   return step;
@@ -172,7 +173,7 @@ void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const
   }
 }
 
-void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::string> pointers) {
+void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::string> pointers, bool may_wait) {
   if (!is_checked(rehearsal) || rehearsal.collisions.branch == 0 || pointers.empty()) return;
   rehearsal.collisions.played.push_back(
       std::make_shared<const PlayedStep>(PlayedStep{.begin = rehearsal.duration,
@@ -180,7 +181,8 @@ void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::s
                                                     .timed = rehearsal.collisions.timed,
                                                     .before = situation_of(rehearsal),
                                                     .arm = arm,
-                                                    .moves = std::move(pointers)}));
+                                                    .moves = std::move(pointers),
+                                                    .may_wait = may_wait}));
 }
 
 void lose_time(Rehearsal& rehearsal) { rehearsal.collisions.timed = false; }

@@ -56,7 +56,8 @@ void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const
                    bool closes, const std::string& pointer, Diagnostics& diagnostics);
 
 /// The next planned motion is that of such `move`s. @param pointers  of them; none: it is not
-void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::string> pointers);
+/// @param may_wait  it begins at rest
+void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::string> pointers, bool may_wait);
 
 /// How long what comes now takes is not known: times of this branch are not any more.
 void lose_time(Rehearsal& rehearsal);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/command/actions/motion_action.h"
+#include "core/operations/possible_meetings.h"
 
 namespace takt::activity {
 namespace {
@@ -78,6 +79,63 @@ std::set<std::string> on_the_clock(const CommandBuilder& tree,
   return devices;
 }
 
+/// A planned motion of a tree as it is checked.
+struct TreeMotion {
+  const Part* part;
+  CheckedMotion motion;
+};
+
+std::vector<TreeMotion> motions_of(const CommandBuilder& tree, const Rehearsal& rehearsal) {
+  const collision::Touching all = touching(tree);
+  std::vector<TreeMotion> motions;
+  for (const Part& part : tree.parts())
+    if (const command::PlannedMotion* motion = planned_motion(part))
+      motions.push_back({&part, checked_motion(part, *motion, rehearsal, all)});
+  return motions;
+}
+
+/// One starts when the other has completed, directly or by what is between them.
+bool comes_after(const std::map<const OperationCommand*, Succession>& after, const OperationCommand* later,
+                 const OperationCommand* earlier) {
+  std::set<const OperationCommand*> seen;
+  while (later != nullptr && seen.insert(later).second) {
+    const auto succession = after.find(later);
+    if (later->starts || succession == after.end() || succession->second.starts != 1) return false;
+    later = succession->second.before;
+    if (later == earlier) return true;
+  }
+  return false;
+}
+
+bool share_a_device(const Part& a, const Part& b) {
+  const auto of_b = b.made.actuator->model().devices();
+  return std::ranges::any_of(a.made.actuator->model().devices(),
+                             [&](const std::string& device) { return std::ranges::find(of_b, device) != of_b.end(); });
+}
+
+bool drives_only(const Part& part, const std::set<std::string>& devices) {
+  return std::ranges::all_of(part.made.actuator->model().devices(),
+                             [&](const std::string& device) { return devices.contains(device); });
+}
+
+/// Two motions of which it is not known when the one begins after the other.
+/// @param timed  devices of which it is known at any time where they are
+void check_untimed(const CommandBuilder& tree, const std::vector<TreeMotion>& motions,
+                   const std::set<std::string>& timed, const Rehearsal& rehearsal, Diagnostics& diagnostics) {
+  if (rehearsal.cell.shapes == nullptr || !rehearsal.cell.shapes->off.empty()) return;
+  const auto after = successions(tree);
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    for (std::size_t j = i + 1; j < motions.size(); ++j) {
+      const OperationCommand *a = motions[i].part->request, *b = motions[j].part->request;
+      if (drives_only(*motions[i].part, timed) && drives_only(*motions[j].part, timed)) continue;
+      if (share_a_device(*motions[i].part, *motions[j].part)) continue;
+      if (comes_after(after, a, b) || comes_after(after, b, a)) continue;
+      note_possible_meetings(rehearsal.cell, situation_of(rehearsal), motions[i].motion, motions[j].motion,
+                             diagnostics);
+    }
+  }
+}
+
 }  // namespace
 
 collision::Touching touching(const CommandBuilder& tree) {
@@ -119,19 +177,16 @@ std::map<const OperationCommand*, double> begin_times(const CommandBuilder& tree
 void check_motions(const CommandBuilder& tree, Rehearsal& rehearsal, Diagnostics& diagnostics) {
   const auto begins = begin_times(tree);
   const std::set<std::string> driven = all_driven_by(tree), timed = on_the_clock(tree, begins);
-  const collision::Touching all = touching(tree);
+  std::vector<TreeMotion> motions = motions_of(tree, rehearsal);
+  check_untimed(tree, motions, timed, rehearsal, diagnostics);
   std::vector<TimedMotion> together;
-  for (const Part& part : tree.parts()) {
-    const command::PlannedMotion* motion = planned_motion(part);
-    if (motion == nullptr) continue;
-    CheckedMotion checked = checked_motion(part, *motion, rehearsal, all);
-    const auto own = part.made.actuator->model().devices();
-    if (std::ranges::all_of(own, [&](const std::string& device) { return timed.contains(device); })) {
-      together.push_back({std::move(checked), begins.at(part.request)});
+  for (auto& [part, checked] : motions) {
+    if (drives_only(*part, timed)) {
+      together.push_back({std::move(checked), begins.at(part->request)});
       continue;
     }
     std::set<std::string> others = driven;
-    for (const std::string& device : own) others.erase(device);
+    for (const std::string& device : part->made.actuator->model().devices()) others.erase(device);
     check_planned(rehearsal, std::move(checked), diagnostics, others);
   }
   std::set<std::string> others = driven;

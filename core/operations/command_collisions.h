@@ -16,7 +16,8 @@ namespace takt::activity {
 [[nodiscard]] std::map<const OperationCommand*, double> begin_times(const CommandBuilder& tree);
 
 /// Checks the planned motions of a tree: those of which it is known when they begin on one clock, each other for itself
-/// from where its arm begins; where other arms of the tree are meanwhile is not known then, and they are left out.
+/// from where its arm begins. Where other arms of the tree are meanwhile is not known then: notes say where two motions
+/// would meet if the times fit (possible_meetings.h).
 void check_motions(const CommandBuilder& tree, Rehearsal& rehearsal, Diagnostics& diagnostics);
 
 }  // namespace takt::activity

@@ -8,6 +8,7 @@
 #include "core/expression/tool_settings.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/plane.h"
+#include "core/operations/closing_fingers.h"
 
 namespace takt::activity {
 namespace {
@@ -44,7 +45,11 @@ Diagnostics check_part(const command::Cell& cell, const std::string& part) {
 /// How the object is in the flange while it is held.
 Result<Isometry3d> held_pose(const command::Cell& cell, const Gripping& gripping, const std::string& object,
                              const Isometry3d& X_WF) {
-  if (!gripping.grasp) return X_WF.inverse() * *cell.frames.pose(object);
+  if (!gripping.grasp) {
+    const Isometry3d X_FO = X_WF.inverse() * *cell.frames.pose(object);
+    // What another gripper holds stays where that one has it.
+    return cell.holders_of(object).empty() ? pushed_by_fingers(cell, gripping.gripper, object, X_FO) : X_FO;
+  }
   const auto& grasps = cell.objects.find(object)->second.grasps;
   if (const auto grasp = grasps.find(*gripping.grasp); grasp != grasps.end())
     return command::gripping_point(cell, gripping.gripper) * grasp->second.inverse();

@@ -16,6 +16,13 @@
 namespace takt::activity {
 namespace {
 
+/// How long they wait before they begin, for what others do meanwhile, s.
+double wait_of_moves(const std::vector<MotionTask>& requests, const Meanwhile& meanwhile) {
+  const auto move =
+      std::ranges::find_if(requests, [](const MotionTask& request) { return request.kind == PathKind::kMove; });
+  return move == requests.end() ? 0.0 : meanwhile.wait_before(move->pointer);
+}
+
 /// Takes note of a touch at its end. Several motions are one: they are blended into each other.
 class MotionRun final : public ScheduledRun {
  public:
@@ -31,6 +38,9 @@ class MotionRun final : public ScheduledRun {
   }
 
  private:
+  [[nodiscard]] double wait_before(const Context& context) const override {
+    return wait_of_moves(requests_, context.meanwhile);
+  }
   [[nodiscard]] ActivityPtr activity(Context& context) override {
     return requested_motion(requests_, context.variables.biases, context.meanwhile);
   }
@@ -111,13 +121,16 @@ class MotionStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     const MotionTask& last = requests_.back();
     if (!gives_way_as_it_can(rehearsal, pointer, diagnostics)) return;
-    const bool goes_on = rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
+    const double wait = wait_of_moves(requests_, rehearsal.collisions.meanwhile);
+    const bool goes_on =
+        wait == 0.0 && rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
     if (!goes_on) note_open_begin(rehearsal, diagnostics);
     rehearsal.open.reset();
     if (last.blends()) note_open_end(rehearsal, diagnostics);
     if (!last.follower.empty()) rehearsal.touched[last.follower] = false;
     rehearsal.touched[last.arm] = last.until.has_value();
-    note_moves(rehearsal, last.arm, moves());
+    note_wait(wait, rehearsal, diagnostics);
+    note_moves(rehearsal, last.arm, moves(), !goes_on);
     const Surroundings surroundings{.situation = [&rehearsal] { return situation_of(rehearsal); },
                                     .meanwhile = rehearsal.collisions.meanwhile};
     const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q, surroundings);
@@ -150,6 +163,13 @@ class MotionStep final : public Step {
   }
 
  private:
+  void note_wait(double wait, Rehearsal& rehearsal, Diagnostics& diagnostics) const {
+    if (wait == 0.0) return;
+    rehearsal.duration += wait;
+    diagnostics.note(moves().front(),
+                     fmt::format("it begins {:.3f} s later: before that no path keeps clear of what others move", wait),
+                     "a 'wait' before it, or other branches first");
+  }
   /// Pointers of those that find their own paths.
   [[nodiscard]] std::vector<std::string> moves() const {
     std::vector<std::string> pointers;

@@ -15,7 +15,7 @@ using collision::Situation;
 using collision::SweptSpace;
 
 /// How often the branches are played again at most.
-constexpr int kMostRounds = 8;
+constexpr int kMostRounds = 12;
 /// Others may be so much earlier or later than planned, s: the branches of a run begin some cycles after each other.
 constexpr double kSpare = 0.1;
 /// What others sweep so long before and after they are in the way is kept clear of; twice as long in each round. s
@@ -76,6 +76,13 @@ class Beside {
     return times;
   }
 
+  /// When motions of others end of which that is known, s.
+  [[nodiscard]] std::vector<double> ends() const {
+    std::vector<double> ends;
+    for (const PlayedStep* other : timed_) ends.push_back(other->begin + other->stops);
+    std::ranges::sort(ends);
+    return ends;
+  }
   /// All that others move, without what it sweeps.
   void add_bodies(SweptSpace& swept) const {
     for (const std::set<int>* bodies : {&timed_bodies_, &any_bodies_})
@@ -212,16 +219,16 @@ bool has_errors_below(const Diagnostics& diagnostics, const std::string& pointer
 }  // namespace
 
 bool MoveReview::review(const Timeline& timeline, const BranchParents& parents, const Diagnostics& said) {
-  std::map<std::string, SweptSpace> found;
+  std::map<std::string, MeanwhileSpace> found;
   for (const auto& step : timeline.played())
     if (!step->moves.empty()) review_step(timeline, parents, *step, said, found);
   MeanwhileSpaces spaces = spaces_ != nullptr ? *spaces_ : MeanwhileSpaces{};
   bool changed = false;
-  for (auto& [pointer, swept] : found) {
-    if (const auto before = of_rounds_before(pointer)) add_poses(*before, swept);
+  for (auto& [pointer, beside] : found) {
+    if (const auto before = of_rounds_before(pointer)) add_poses(before->swept, beside.swept);
     auto& space = spaces[{parallel_, pointer}];
-    if (space != nullptr && same_space(*space, swept)) continue;
-    space = std::make_shared<const SweptSpace>(std::move(swept));
+    if (space != nullptr && space->wait == beside.wait && same_space(space->swept, beside.swept)) continue;
+    space = std::make_shared<const MeanwhileSpace>(std::move(beside));
     changed = true;
   }
   if (!changed || ++rounds_ > kMostRounds) return false;
@@ -229,29 +236,53 @@ bool MoveReview::review(const Timeline& timeline, const BranchParents& parents, 
   return true;
 }
 
-std::shared_ptr<const SweptSpace> MoveReview::of_rounds_before(const std::string& pointer) const {
-  return Meanwhile{before_, parallel_}.beside(pointer);
+std::shared_ptr<const MeanwhileSpace> MoveReview::of_rounds_before(const std::string& pointer) const {
+  return Meanwhile{before_, parallel_}.of(pointer);
 }
 
 void MoveReview::review_step(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step,
-                             const Diagnostics& said, std::map<std::string, SweptSpace>& found) {
+                             const Diagnostics& said, std::map<std::string, MeanwhileSpace>& found) {
   if (!timeline.cell().shapes->arms.contains(step.arm)) return;
   const Beside beside(timeline, parents, step);
   if (!beside.matters()) return;
-  Known& known = known_[step.moves.front()];
+  const auto before = of_rounds_before(step.moves.front());
+  const auto [at, fresh] = known_.try_emplace(step.moves.front());
+  Known& known = at->second;
+  if (fresh && before) known.wait = before->wait;
   if (known.beside_any) give_up_any(step, said, known);
+  const bool failed =
+      std::ranges::any_of(step.moves, [&](const std::string& pointer) { return has_errors_below(said, pointer); });
+  if (failed && !step.motion && step.may_wait && !known.windows.empty()) wait_longer(step, beside.ends(), known);
   // Before it was played with others in mind it may have been in the way of what had not moved yet.
-  if (std::exchange(known.reviewed, true) || of_rounds_before(step.moves.front())) {
-    const double around = kAround * std::exp2(rounds_ - 1);
-    for (const double time : beside.hits()) known.windows.push_back({time - around, time + around});
+  if (std::exchange(known.reviewed, true) || before) {
+    const auto hits = beside.hits();
+    const double around = kAround * std::exp2(known.tries);
+    if (!hits.empty()) ++known.tries;
+    for (const double time : hits) known.windows.push_back({time - around, time + around});
     join(known.windows);
   }
   known.beside_any = beside.beside_any() && !known.leaves_out_any;
-  SweptSpace swept;
-  beside.add_bodies(swept);
-  for (const Window& window : known.windows) beside.add_window(window.from, window.to, swept);
-  if (known.beside_any) beside.add_any(swept);
-  for (const std::string& pointer : step.moves) found[pointer] = swept;
+  MeanwhileSpace space{.swept = {}, .wait = known.wait};
+  beside.add_bodies(space.swept);
+  for (const Window& window : known.windows) beside.add_window(window.from, window.to, space.swept);
+  if (known.beside_any) beside.add_any(space.swept);
+  for (const std::string& pointer : step.moves) found[pointer] = space;
+}
+
+/// If none is left it begins when it would have, and what is said then is the reason.
+void MoveReview::wait_longer(const PlayedStep& step, const std::vector<double>& ends, Known& known) {
+  if (known.waits_in_vain) return;
+  const auto next = std::ranges::find_if(ends, [&](double end) { return end > step.begin + kSameInstant; });
+  known.waits_in_vain = next == ends.end();
+  if (known.waits_in_vain) {
+    std::swap(known.windows, known.first_windows);
+    known.wait = 0.0;
+    return;
+  }
+  if (known.first_windows.empty()) known.first_windows = known.windows;
+  known.wait += *next + kSpare - step.begin;
+  known.windows.clear();
+  known.tries = 0;
 }
 
 /// Those that overlap become one.

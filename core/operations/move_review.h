@@ -39,16 +39,22 @@ class MoveReview {
   };
   struct Known {
     std::vector<Window> windows = {};
-    bool reviewed = false;        ///< it was played with what others do in mind
-    bool beside_any = false;      ///< it was planned beside motions of which it is not known when they begin
-    bool leaves_out_any = false;  ///< no path keeps clear of those
+    std::vector<Window> first_windows = {};  ///< without a wait
+    int tries = 0;                           ///< how often windows were added
+    double wait = 0.0;                       ///< s: how much later it begins
+    bool waits_in_vain = false;              ///< no later begin is of use
+    bool reviewed = false;                   ///< it was played with what others do in mind
+    bool beside_any = false;                 ///< it was planned beside motions of which it is not known when they begin
+    bool leaves_out_any = false;             ///< no path keeps clear of those
   };
 
   static void join(std::vector<Window>& windows);
   void review_step(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step,
-                   const Diagnostics& said, std::map<std::string, collision::SweptSpace>& found);
+                   const Diagnostics& said, std::map<std::string, MeanwhileSpace>& found);
   /// What was found when this parallel was played before, in a loop or by another call; null: nothing.
-  [[nodiscard]] std::shared_ptr<const collision::SweptSpace> of_rounds_before(const std::string& pointer) const;
+  [[nodiscard]] std::shared_ptr<const MeanwhileSpace> of_rounds_before(const std::string& pointer) const;
+  /// No path keeps clear of what others sweep: it begins when the next of their motions has ended, if there is one.
+  static void wait_longer(const PlayedStep& step, const std::vector<double>& ends, Known& known);
   /// No path keeps clear of what may come at any time: it is left out from now on.
   void give_up_any(const PlayedStep& step, const Diagnostics& said, Known& known);
 

@@ -77,7 +77,7 @@ class OfOneArm final : public Requested {
     if (!plan) return std::unexpected(std::move(plan.error()));
     // What is laid over the first motion begins at rest.
     auto from_blend = requests().front().has_overlay() ? std::nullopt : blended_plan(planning, before);
-    if (from_blend && !may_be_blended(planning, before, *plan, *from_blend)) from_blend.reset();
+    if (from_blend && !may_be_blended(planning, *plan, *from_blend)) from_blend.reset();
     return prepare(planning, std::move(*plan), std::move(from_blend));
   }
 
@@ -123,11 +123,9 @@ class OfOneArm final : public Requested {
                       .first = *first};
   }
 
-  /// A corner at an end of a `move` must not be cut into something. Then the arm comes to rest at it.
-  [[nodiscard]] bool may_be_blended(const PlanningContext& planning, const Predecessor& before,
-                                    const motion::SequencePlan& from_rest,
+  /// A corner must not be cut into something. Then the arm comes to rest at it.
+  [[nodiscard]] bool may_be_blended(const PlanningContext& planning, const motion::SequencePlan& from_rest,
                                     const motion::SequencePlan& from_blend) const {
-    if (!before.leaving->motion.avoids && requests().front().kind != PathKind::kMove) return true;
     const motion::ArmModel model = command::planning_model(planning.cell.arms.find(last().arm)->second);
     return is_clear_blend(requests(), planning.cell, model, surroundings(planning), from_rest, from_blend);
   }
@@ -203,8 +201,7 @@ MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, co
                         .linear_velocity = motion.linear_velocity,
                         .blend = motion.blend,
                         .X_FM = motion.X_FM,
-                        .weave = motion.weave,
-                        .avoids = motion.kind == PathKind::kMove};
+                        .weave = motion.weave};
   if (motion.until) options.until = command::state_of(*motion.until, cell, biases);
   if (motion.abort_if) options.abort_if = command::state_of(*motion.abort_if, cell, biases);
   const int joint_count = cell.arms.find(motion.arm)->second.device->description().chain->joint_count();

@@ -23,6 +23,7 @@ bool is_due(double rate, const Context& context) {
 Progress ScheduledRun::advance(Context& context, Diagnostics& diagnostics) {
   if (!run_) {
     if (cancelled_) return Progress::kDone;
+    if (waits(context)) return Progress::kRunning;
     ActivityPtr wanted = activity(context);
     if (!have_samples(*wanted, context.cell)) return Progress::kRunning;
     run_ = context.scheduler->schedule(std::move(wanted));
@@ -31,6 +32,12 @@ Progress ScheduledRun::advance(Context& context, Diagnostics& diagnostics) {
   if (!run_->over()) return watch(context, diagnostics);
   ended(context);
   return run_->state() == RunState::kFailed ? fail(diagnostics) : finish(context, diagnostics);
+}
+
+bool ScheduledRun::waits(const Context& context) {
+  const double cycles = wait_before(context) / to_seconds(context.core.period());
+  if (begin_ < 0) begin_ = context.core.cycle() + std::llround(cycles);
+  return context.core.cycle() < begin_;
 }
 
 bool ScheduledRun::have_samples(const ActivityModel& model, const command::Cell& cell) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "core/activity/scheduler.h"
@@ -30,6 +31,8 @@ class ScheduledRun : public StepRun {
  protected:
   /// What is to be done. Asked for again as long as its arms have given no sample.
   [[nodiscard]] virtual ActivityPtr activity(Context& context) = 0;
+  /// How long it waits before that, s.
+  [[nodiscard]] virtual double wait_before(const Context&) const { return 0.0; }
   /// After each cycle in which it was on its way. kFailed: it is not waited for any longer.
   virtual Progress watch(Context&, Diagnostics&) { return Progress::kRunning; }
   /// It is over, whether it came to its end or failed.
@@ -47,7 +50,10 @@ class ScheduledRun : public StepRun {
   static bool have_samples(const ActivityModel& model, const command::Cell& cell);
   Progress fail(Diagnostics& diagnostics) const;
 
+  [[nodiscard]] bool waits(const Context& context);
+
   RunPtr run_;
+  std::int64_t begin_ = -1;  ///< cycle; before it is asked for
   bool cancelled_ = false;
 };
 

@@ -15,12 +15,20 @@ NewFrame new_frame(const SetFrameParameters& parameters) {
       .as = parameters.as, .in = parameters.in, .of = parameters.of, .X = pose_of(parameters.position, parameters.rpy)};
 }
 
+/// An object that is not fixed: the program has found out where it is.
+bool is_free_object(const command::Cell& cell, const std::string& name) {
+  const auto object = cell.objects.find(name);
+  return object != cell.objects.end() && !object->second.fixed;
+}
+
 void check_name(SetFrameParameters& parameters, const ReadContext& from) {
   const bool possible = !parameters.as.empty() && parameters.as.find('/') == std::string::npos;
   if (possible && is_free_frame_name(from.cell, parameters.as)) return;
-  from.reader.diagnostics().error(Code::kInvalidName, from.reader.at("as"),
-                                  fmt::format("'{}' cannot be the name of a frame that a step makes", parameters.as),
-                                  "a name that the cell does not have yet, without '/'");
+  if (is_free_object(from.cell, parameters.as)) return;
+  from.reader.diagnostics().error(
+      Code::kInvalidName, from.reader.at("as"),
+      fmt::format("'{}' cannot be the name of a frame that a step makes", parameters.as),
+      "a name that the cell does not have yet, without '/', or an object that is not fixed");
 }
 
 class SetFrameStep final : public Step {
@@ -63,10 +71,15 @@ Diagnostics set_frame(command::Cell& cell, const NewFrame& frame) {
   Diagnostics diagnostics;
   const std::string parent = standing_frame(cell, frame.in);
   const std::string from = frame.of.empty() ? parent : standing_frame(cell, frame.of);
-  const auto X_PF = cell.frames.pose(from, parent);
+  const bool is_object = cell.objects.contains(frame.as);
+  const auto X_PF = cell.frames.pose(from, is_object ? std::string(world::FrameGraph::kWorld) : parent);
   if (!X_PF) {
     const bool no_parent = !cell.frames.contains(parent) || frame.of.empty();
     diagnostics.append(X_PF.error(), no_parent ? "/in" : "/of");
+    return diagnostics;
+  }
+  if (is_object) {
+    diagnostics.append(cell.found(frame.as, *X_PF * frame.X), "/as");
     return diagnostics;
   }
   diagnostics.append(
@@ -77,9 +90,12 @@ Diagnostics set_frame(command::Cell& cell, const NewFrame& frame) {
 const ParameterTable<SetFrameParameters>& set_frame_parameters() {
   static const auto table = [] {
     ParameterTable<SetFrameParameters> frame;
-    frame.text("as", &SetFrameParameters::as, "Name of the frame.")
+    frame
+        .text("as", &SetFrameParameters::as,
+              "Name of the frame; of an object that is not fixed: it has been found there.")
         .required()
-        .text("in", &SetFrameParameters::in, "Frame, object or base that it depends on from now on.")
+        .text("in", &SetFrameParameters::in,
+              "Frame, object or base that it depends on from now on; an object stays on what it stands on.")
         .text("of", &SetFrameParameters::of, "Frame from whose present pose it is counted.")
         .fallback("that of 'in'")
         .vector("position_m", "m", &SetFrameParameters::position, "Position in that frame.")
@@ -92,7 +108,9 @@ const ParameterTable<SetFrameParameters>& set_frame_parameters() {
 
 Operation set_frame_operation() {
   return {.name = "set_frame",
-          .doc = "Makes a frame, on whatever it depends on from then on, or moves one that a step has made.",
+          .doc =
+              "Makes a frame, on whatever it depends on from then on, moves one that a step has made, or says where an "
+              "object has been found.",
           .parameters = rows_of<set_frame_parameters>,
           .read_step = read_step<SetFrameStep, set_frame_parameters>};
 }

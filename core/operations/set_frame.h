@@ -4,7 +4,8 @@
 
 #include "core/operations/operation.h"
 
-/// "set_frame": makes a frame, or puts one that a step has made somewhere else. Realtime: setup.
+/// "set_frame": makes a frame, puts one that a step has made somewhere else, or says where an object has been found.
+/// Realtime: setup.
 namespace takt::activity {
 
 struct SetFrameParameters {
@@ -25,6 +26,7 @@ struct SetFrameParameters {
 [[nodiscard]] bool is_free_frame_name(const command::Cell& cell, const std::string& name);
 
 /// Makes a frame at X in frame `of` (empty: `in`), as that is now; from then on it depends on `in`. Or it replaces it.
+/// An object is believed to be there from then on, on what it stands on.
 /// @return diagnostics below the step: an unknown frame, one whose pose is not known
 struct NewFrame {
   std::string as, in, of = {};

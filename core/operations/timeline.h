@@ -24,6 +24,7 @@ struct PlayedStep {
   double stops = 0.0;                   ///< s after its begin: the motion goes no further, it touches
   std::string arm = {};                 ///< of the motion of a `move`, also of one that finds no path
   std::vector<std::string> moves = {};  ///< pointers of the `move`s in it
+  bool may_wait = true;                 ///< it begins at rest, so it may begin later
 
   [[nodiscard]] double end() const { return begin + (motion ? motion->duration() : 0.0); }
   /// It drives one of these arms.

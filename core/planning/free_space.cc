@@ -83,6 +83,7 @@ void FreeSpace::add_pair(int a, int b, int sweep, const PairRule& rule, const Fr
             .parts = rule.may_part,
             .sweep = sweep};
   if (pair.holds) pair.floor = -rule.overlap;
+  if (sweep < 0 && scene_.least_distance(a, b) > pair.keep) return;
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     // What moves both moves them as one.
     const double of_a = lever_of(a, j), of_b = lever_of(b, j);

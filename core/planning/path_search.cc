@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/planning/merge_paths.h"
 #include "core/planning/shorten.h"
 #include "core/planning/tree_search.h"
 
@@ -19,8 +20,9 @@ constexpr double kGoodEnough = 1.1;
 constexpr int kMoreTrees = 6;
 constexpr double kShareMore = 0.3;
 constexpr std::int64_t kLeastMore = 2'000;
-/// Looks to make each path shorter, and the best one once more.
+/// Looks to make each path shorter, to join the best of all paths, and to make that shorter.
 constexpr std::int64_t kShorten = 600;
+constexpr std::int64_t kMerge = 1'000;
 constexpr std::int64_t kPolish = 1'500;
 
 class Search {
@@ -39,6 +41,7 @@ class Search {
       grow(tree, until);
       if (best_ && std::exchange(first, false)) until = space_.looks() + more();
     }
+    if (best_ && !is_good()) merge();
     if (best_ && !is_good()) polish();
     return std::move(best_);
   }
@@ -49,6 +52,11 @@ class Search {
   [[nodiscard]] std::int64_t more() const {
     const auto share = static_cast<std::int64_t>(kShareMore * static_cast<double>(space_.looks() - begin_));
     return std::max(kLeastMore, share);
+  }
+
+  void merge() {
+    if (paths_.size() < 2) return;
+    keep(merge_paths(space_, paths_, query_.speed, space_.looks() + kMerge));
   }
 
   void polish() {
@@ -67,11 +75,13 @@ class Search {
   /// Each tree has random numbers of its own, so that none depends on how long the one before took.
   void grow(int tree, std::int64_t until) {
     Random random(query_.seed, fmt::format("tree {}", tree));
-    auto points = connect(space_, query_, random, until);
+    const double shorter_than = best_ ? best_->length : std::numeric_limits<double>::infinity();
+    auto points = connect(space_, query_, shorter_than, random, until);
     if (!points) return;
     points->front() = query_.start;
     points->back() = query_.goals[nearest_goal(points->back())];
     shorten(space_, *points, query_.speed, random, std::min(until, space_.looks() + kShorten));
+    paths_.push_back(*points);
     keep(std::move(*points));
   }
 
@@ -92,6 +102,7 @@ class Search {
   const Query& query_;
   std::int64_t begin_;
   double nearest_;
+  std::vector<std::vector<JointVector>> paths_;  ///< one of each tree
   std::optional<FoundPath> best_;
 };
 

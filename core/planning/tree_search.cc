@@ -1,6 +1,7 @@
 #include "core/planning/tree_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -25,14 +26,18 @@ constexpr double kBranch = 0.5;
 /// Most ways around are not far: so many postures are drawn in a box about start and goals, which is larger by so much.
 constexpr double kNearShare = 0.8;
 constexpr double kNearBox = 0.3;  // s
+/// Of postures that are no way to a shorter path others are drawn, as often.
+constexpr int kDraws = 100;
 /// A tree that has grown so often without success is given up, even where every look is cheap.
 constexpr int kIterations = 20'000;
 
 /// The joints as OMPL sees them: each divided by its speed, so that a way is a time.
 class Joints {
  public:
-  Joints(FreeSpace& free_space, const Query& query)
+  Joints(FreeSpace& free_space, const Query& query, double shorter_than)
       : free_space_(free_space),
+        query_(query),
+        shorter_than_(shorter_than),
         speed_(query.speed),
         states_(std::make_shared<ob::RealVectorStateSpace>(static_cast<unsigned>(query.start.size()))),
         near_(static_cast<unsigned>(query.start.size())) {
@@ -50,6 +55,15 @@ class Joints {
 
   /// The part of the range around start and goals.
   [[nodiscard]] const ob::RealVectorBounds& near() const { return near_; }
+
+  /// A path that is short enough may lead through it.
+  [[nodiscard]] bool is_of_use(const ob::State* state) const {
+    if (!std::isfinite(shorter_than_)) return true;
+    const JointVector q = posture(state);
+    const double from_start = length_of(query_.start, q, speed_);
+    return std::ranges::any_of(
+        query_.goals, [&](const JointVector& goal) { return from_start + length_of(q, goal, speed_) < shorter_than_; });
+  }
 
   [[nodiscard]] JointVector posture(const ob::State* state) const {
     JointVector q = speed_;
@@ -75,6 +89,8 @@ class Joints {
   }
 
   FreeSpace& free_space_;
+  const Query& query_;
+  double shorter_than_;
   JointVector speed_;
   std::shared_ptr<ob::RealVectorStateSpace> states_;
   ob::RealVectorBounds near_;
@@ -83,14 +99,14 @@ class Joints {
 /// OMPL seeds generators of its own in the order in which they are made, so its samplers are not used.
 class Sampler final : public ob::StateSampler {
  public:
-  Sampler(const ob::StateSpace* space, const ob::RealVectorBounds& near, Random& random)
-      : StateSampler(space), near_(near), random_(random) {}
+  Sampler(const ob::StateSpace* space, const Joints& joints, Random& random)
+      : StateSampler(space), joints_(joints), random_(random) {}
 
   void sampleUniform(ob::State* state) override {
-    const bool near = random_.unit() < kNearShare;
-    const auto& bounds = near ? near_ : space_->as<ob::RealVectorStateSpace>()->getBounds();
-    for (std::size_t j = 0; j < bounds.low.size(); ++j)
-      state->as<OmplState>()->values[j] = random_.uniform(bounds.low[j], bounds.high[j]);
+    for (int i = 0; i < kDraws; ++i) {
+      draw(state);
+      if (joints_.is_of_use(state)) return;
+    }
   }
   void sampleUniformNear(ob::State* state, const ob::State* near, double distance) override {
     for (unsigned j = 0; j < space_->getDimension(); ++j)
@@ -104,7 +120,14 @@ class Sampler final : public ob::StateSampler {
   }
 
  private:
-  ob::RealVectorBounds near_;
+  void draw(ob::State* state) {
+    const bool near = random_.unit() < kNearShare;
+    const auto& bounds = near ? joints_.near() : space_->as<ob::RealVectorStateSpace>()->getBounds();
+    for (std::size_t j = 0; j < bounds.low.size(); ++j)
+      state->as<OmplState>()->values[j] = random_.uniform(bounds.low[j], bounds.high[j]);
+  }
+
+  const Joints& joints_;
   Random& random_;
 };
 
@@ -130,7 +153,7 @@ class Motions final : public ob::MotionValidator {
 
 ob::SpaceInformationPtr information_of(const Joints& joints, Random& random) {
   joints.states()->setStateSamplerAllocator(
-      [&](const ob::StateSpace* space) { return std::make_shared<Sampler>(space, joints.near(), random); });
+      [&](const ob::StateSpace* space) { return std::make_shared<Sampler>(space, joints, random); });
   auto information = std::make_shared<ob::SpaceInformation>(joints.states());
   information->setStateValidityChecker(
       [&joints](const ob::State* state) { return joints.free_space().is_free(joints.posture(state)); });
@@ -156,10 +179,10 @@ ob::ProblemDefinitionPtr problem_of(const ob::SpaceInformationPtr& information, 
 
 }  // namespace
 
-std::optional<std::vector<JointVector>> connect(FreeSpace& space, const Query& query, Random& random,
-                                                std::int64_t looks) {
+std::optional<std::vector<JointVector>> connect(FreeSpace& space, const Query& query, double shorter_than,
+                                                Random& random, std::int64_t looks) {
   ompl::msg::noOutputHandler();
-  const Joints joints(space, query);
+  const Joints joints(space, query, shorter_than);
   const ob::SpaceInformationPtr information = information_of(joints, random);
   const ob::ProblemDefinitionPtr problem = problem_of(information, joints, query);
   ompl::geometric::RRTConnect planner(information);

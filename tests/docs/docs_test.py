@@ -94,6 +94,29 @@ class Generated(unittest.TestCase):
             self.assertNotRegex(row, r"\|\s*\|$")
 
 
+class FaultTable(unittest.TestCase):
+    def test_each_test_that_the_table_of_faults_names_is_there(self):
+        text = (ROOT / "docs/testing.md").read_text()
+        table = text[text.index("## Faults and what must come of them"):]
+        table = table[:table.index("\n## ", 1)]
+        rows = [line for line in table.splitlines() if line.startswith("| ") and not line.startswith("| fault |")]
+        self.assertGreater(len(rows), 25)
+        sources = "\n".join(file.read_text() for pattern in ("*.cc", "*.py", "CMakeLists.txt") for file in (ROOT / "tests").rglob(pattern))
+        known = set(re.findall(r"\bTEST(?:_F|_P)?\((\w+),\s*(\w+)\)", sources))
+        for row in rows:
+            names = re.findall(r"`([^`]+)`", row.split("|")[3])
+            self.assertTrue(names, row)
+            for name in names:
+                if "." in name and " " not in name:
+                    self.assertIn(tuple(name.split(".")), known, row)
+                elif name.startswith("test_"):
+                    self.assertIn(f"def {name}(", sources, row)
+                elif name.startswith("fuzz_"):
+                    self.assertIn(f"takt_fuzz({name[5:-6]} ", sources, row)
+                elif " " not in name:
+                    self.assertIn(name, sources, row)
+
+
 class Tutorial(unittest.TestCase):
     PAGE = ROOT / "docs/tutorial.md"
 

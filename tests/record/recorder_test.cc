@@ -62,6 +62,48 @@ TEST(Recorder, TheLastSecondsAreWrittenIfSomethingHappens) {
   EXPECT_THAT(end.damage(), IsEmpty());
 }
 
+TEST(Recorder, EachFaultHasAStretchOfItsOwn) {
+  TestFolder folder("stretches");
+  RecorderOptions options;
+  options.keep_last = kSecond;
+  auto recorder = Recorder::open(folder / "a.mcap", options).value();
+  SampleRun run(*recorder);
+  for (std::uint64_t k = 0; k < 20000; ++k) {
+    run.cycle(k);
+    // The second within what follows the first; the third later, before its second is over again.
+    if (k == 3000 || k == 3500 || k == 10000 || k == 11500) recorder->keep();
+  }
+  EXPECT_FALSE(recorder->close().removed);
+  const Recording recording = Recording::open(folder / "a.mcap").value();
+  EXPECT_THAT(recording.damage(), IsEmpty());
+  const std::vector<Nanoseconds> time = recording.table("/left/joints").value().time;
+  std::vector<std::pair<Nanoseconds, Nanoseconds>> stretches{{time.front(), time.front()}};
+  for (const Nanoseconds at : time) {
+    if (at - stretches.back().second > kMillisecond) stretches.emplace_back(at, at);
+    EXPECT_LE(at - stretches.back().second, kMillisecond) << "whole";
+    stretches.back().second = at;
+  }
+  ASSERT_EQ(stretches.size(), 2u);
+  EXPECT_NEAR(to_seconds(stretches[0].first), 1.9, 0.11);
+  EXPECT_EQ(stretches[0].second, 4500 * kMillisecond);
+  EXPECT_NEAR(to_seconds(stretches[1].first), 8.9, 0.11);
+  EXPECT_EQ(stretches[1].second, 12500 * kMillisecond);
+}
+
+TEST(Recorder, WhatIsKeptIsOnTheDiskBeforeTheEnd) {
+  TestFolder folder("kept_early");
+  RecorderOptions options;
+  options.keep_last = kSecond;
+  auto recorder = Recorder::open(folder / "a.mcap", options).value();
+  SampleRun run(*recorder);
+  for (std::uint64_t k = 0; k < 2000; ++k) run.cycle(k);
+  EXPECT_EQ(Recording::open(folder / "a.mcap").value().rows("/left/joints"), 0u) << "nothing has happened";
+  recorder->keep();
+  run.cycle(2000);
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));  // as if it were killed now
+  EXPECT_GE(Recording::open(folder / "a.mcap").value().rows("/left/joints"), 1000u);
+}
+
 TEST(Recorder, AConstantMessageIsTheFirst) {
   TestFolder folder("constant");
   auto recorder = Recorder::open(folder / "a.mcap").value();

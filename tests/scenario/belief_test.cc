@@ -1,4 +1,5 @@
 // What a program believes of its cell, in whole runs: parts that are carried and lost, frames that ride, tools by name.
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -90,6 +91,23 @@ TEST(BelievedParts, StayWhereTheyAreReleasedAndCanBeGrippedAgain) {
       {"kind": "belief", "frame": "block", "position_within_m": 0.002, "angle_within_deg": 1}])"));
   ASSERT_NE(ran.session, nullptr);
   expect_passed(ran.report);
+}
+
+/// The gripper closes 4 mm beside the middle of the block, along its fingers and across them: those push it back, but
+/// only along their way.
+TEST(BelievedParts, AreWhereClosingFingersPushThem) {
+  const Ran ran = run_kept(with_block(R"({"do": "release", "width_m": 0.07, "speed_m_s": 0.1},
+      {"do": "lin", "name": "beside it", "to": {"by_m": [0.004, 0.004, 0]}, "velocity_m_s": 0.02},
+      {"do": "grip", "name": "again", "force_N": 60, "speed_m_s": 0.05},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.5})",
+                                      R"(, "expectations": [{"kind": "gripper", "is": "holding"},
+      {"kind": "belief", "frame": "block", "position_within_m": 0.001, "angle_within_deg": 0.5}])"));
+  ASSERT_NE(ran.session, nullptr);
+  expect_passed(ran.report);
+  const Eigen::Vector3d p = ran.cell().frames.pose("block")->translation();
+  const Eigen::Vector2d moved(p.x() - 0.55, p.y());
+  EXPECT_NEAR(std::max(std::abs(moved.x()), std::abs(moved.y())), 0.004, 2e-4) << "along the way of the fingers";
+  EXPECT_NEAR(std::min(std::abs(moved.x()), std::abs(moved.y())), 0.0, 2e-4) << "across it";
 }
 
 TEST(BelievedParts, WhatIsReleasedRidesOnWhatItLiesOn) {
@@ -214,6 +232,27 @@ TEST(BelievedFrames, AStepMakesThemAndTheyDependOnWhatItSays) {
               Reports(Code::kInvalidName, "/program/steps/3/as", {"table"}));
   EXPECT_THAT(refusal(with_block(R"({"do": "set_frame", "as": "x", "in": "tabel"})")),
               Reports(Code::kUnknownName, "/program/steps/3/in", {"tabel", "table"}));
+}
+
+/// A program that has measured by its own means: what the object carries comes along, and what it stands on stays.
+TEST(BelievedFrames, AStepSaysWhereAnObjectHasBeenFound) {
+  const Ran ran = run_kept(parsed(R"({"devices": {"platform": {"model": "youbot_base"}},
+    "objects": {
+      "tray": {"shape": "box", "size_m": [0.3, 0.2, 0.02], "at": {"in": "platform", "position_m": [0, 0, 0.4]},
+               "vary": {"position_m": [0.02, 0.02, 0]}, "fixed": false, "mass_kg": 0.6},
+      "bolt": {"shape": "box", "size_m": [0.03, 0.03, 0.03], "at": {"in": "tray", "position_m": [0.03, 0, 0.025]},
+               "fixed": false, "mass_kg": 0.1},
+      "deck": {"shape": "box", "size_m": [0.4, 0.3, 0.1], "at": {"in": "platform", "position_m": [0, 0, 0.34]}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "set_frame", "as": "tray", "in": "platform", "position_m": [0.01, -0.02, 0.4], "rpy_deg": [0, 0, 5]},
+      {"do": "lin", "arm": "platform", "to": {"by_m": [0.2, 0, 0]}}]}})"));
+  ASSERT_NE(ran.session, nullptr);
+  EXPECT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
+  const auto tray = ran.cell().frames.pose("tray"), bolt = ran.cell().frames.pose("bolt");
+  ASSERT_TRUE(tray && bolt);
+  EXPECT_NEAR(tray->translation().x(), 0.21, 1e-3) << "it rode on";
+  EXPECT_NEAR(tray->translation().y(), -0.02, 1e-3);
+  EXPECT_NEAR(bolt->translation().y(), -0.02 + 0.03 * std::sin(5 * M_PI / 180), 1e-3) << "in the tray";
 }
 
 // -- The arm's own force ----------------------------------------------------------------------------------------------

@@ -1,4 +1,5 @@
 // Collisions in the rehearsal and in the run, and the distance as a sensor (docs/world.md).
+#include <algorithm>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -135,7 +136,9 @@ TEST(MeantContacts, AGuardedMotionMayNotTouchWithTheArm) {
 
 TEST(MeantContacts, PairsThatTheFileAllowsAreNotChecked) {
   const std::string allowed = R"({"allow": [{"between": ["table", "probe"], "reason": "a soft table"},
-    {"between": ["table", "wrist"], "reason": "likewise"}, {"between": ["table", "arm"], "reason": "likewise"}]})";
+    {"between": ["table", "wrist"], "reason": "likewise"}, {"between": ["table", "arm"], "reason": "likewise"},
+    {"between": ["floor", "arm"], "reason": "likewise"}, {"between": ["floor", "wrist"], "reason": "likewise"},
+    {"between": ["floor", "probe"], "reason": "likewise"}]})";
   EXPECT_THAT(rehearsed(CellText{.collisions = allowed}.with(kIntoTable)), Not(ReportsAnywhere(Code::kCollision)));
   EXPECT_THAT(rehearsed(CellText{.collisions = R"({"off": "it is an experiment"})"}.with(kIntoTable)),
               Not(ReportsAnywhere(Code::kCollision)));
@@ -253,6 +256,100 @@ TEST(Neighbours, OfOneTransactionAreCheckedAgainstEachOther) {
   EXPECT_THAT(both(command("left")), Not(ReportsAnywhere(Code::kCollision)));
 }
 
+/// The right arm starts when a force is felt, which is not before the run.
+TEST(Neighbours, OfOneTransactionAtTimesThatAreNotKnownAreNoted) {
+  const auto both = [](const std::string& joints, const std::string& start) {
+    return rehearsed(R"({"devices": {
+      "left": {"model": "lwr4plus", "at": {"in": "world"}},
+      "wrist": {"model": "ft_gamma", "on": "left"},
+      "right": {"model": "lwr4plus", "at": {"in": "world", "position_m": [1.6, 0, 0], "rpy_deg": [0, 0, 180]}}},
+      "program": {"do": "transaction", "name": "both", "commands": {
+        "left reaches": {"do": "ptp", "arm": "left", "start": true, "to": {"joints_deg": [0, -70, 0, 40, 0, 0, 0]}},
+        "right reaches": {"do": "ptp", "arm": "right", "to": {"joints_deg": [)" +
+                     joints + R"(]}}}, "on": [{"entered": )" + start + R"(, "start": "right reaches"}]}})");
+  };
+  const auto noted = [](const Diagnostics& found) {
+    return std::ranges::count_if(found.list(), [](const Diagnostic& one) {
+      return takt::test::fits(
+          one,
+          {Code::kCollision, "/program/commands/right reaches", {"left reaches", "right reaches"}, Severity::kNote});
+    });
+  };
+  const std::string felt = R"({"sensor": "wrist", "above_N": 5})", ended = R"({"completed": "left reaches"})";
+  const Diagnostics found = both("0, -70, 0, 40, 0, 0, 0", felt);
+  EXPECT_FALSE(found.has_errors()) << found.to_string();
+  EXPECT_EQ(noted(found), 2) << "the arm, and the sensor on its flange\n" << found.to_string();
+  EXPECT_EQ(noted(both("120, -30, 0, 90, 0, -60, 0", felt)), 0) << "it turns away";
+  EXPECT_THAT(both("0, -70, 0, 40, 0, 0, 0", ended), ReportsAnywhere(Code::kCollision, {"right reaches"}))
+      << "the times are known, and the left one is there";
+}
+
+// -- The floor
+// ---------------------------------------------------------------------------------------------------------
+
+/// An arm with a gripper that stands on the floor, and nothing around it.
+std::string on_the_floor(const std::string& steps, const std::string& more = "") {
+  return R"({"devices": {"arm": {"model": "lwr4plus", "at": {"in": "world"}},
+    "wrist": {"model": "ft_gamma", "on": "arm"}, "gripper": {"model": "wsg50", "on": "wrist"}})" +
+         more + R"(, "program": {"do": "sequence", "steps": [)" + steps + "]}}";
+}
+const std::string kOverTheFloor = R"({"do": "ptp", "name": "over it", "to": {"in": "world",
+  "position_m": [0.55, 0, 0.06], "rpy_deg": [180, 0, 0]}}, )";
+std::string down_by(double way, const std::string& more = "") {
+  return fmt::format(R"({{"do": "lin", "name": "down", "to": {{"by_m": [0, 0, {}]}}, "velocity_m_s": 0.02{}}})", -way,
+                     more);
+}
+
+TEST(Floor, IsABodyOfItsOwn) {
+  EXPECT_THAT(rehearsed(on_the_floor(kOverTheFloor + down_by(0.08))),
+              Reports(Code::kCollision, "/program/steps/1", {"floor", "gripper", "down"}));
+  EXPECT_THAT(rehearsed(on_the_floor(kOverTheFloor + down_by(0.05))), Not(ReportsAnywhere(Code::kCollision)));
+  // An elbow, far from every tool.
+  EXPECT_THAT(rehearsed(on_the_floor(ptp("0, 110, 0, 0, 0, 0, 0"))),
+              Reports(Code::kCollision, "/program/steps/0", {"floor", "arm/"}));
+}
+
+TEST(Floor, MayBeTouchedByWhatMeansTo) {
+  const std::string touch = down_by(0.08, R"(, "until": {"sensor": "wrist", "above_N": 5})");
+  EXPECT_THAT(rehearsed(on_the_floor(kOverTheFloor + touch)), Not(ReportsAnywhere(Code::kCollision)));
+  const std::string allowed = R"(, "collisions": {"allow": [{"between": ["floor", "gripper"], "reason": "a mat"}]})";
+  EXPECT_THAT(rehearsed(on_the_floor(kOverTheFloor + down_by(0.062), allowed)), Not(ReportsAnywhere(Code::kCollision)));
+}
+
+TEST(Floor, AHeldPartMayBeSetDownOnIt) {
+  const std::string part = R"(, "objects": {"part": {"shape": "box", "size_m": [0.03, 0.03, 0.2], "fixed": false,
+    "mass_kg": 0.3, "at": {"in": "world", "position_m": [0.55, 0, 0.1]}}})";
+  const std::string take = R"(
+      {"do": "ptp", "to": {"in": "part", "position_m": [0, 0, 0.2], "rpy_deg": [0, 180, 0]}},
+      {"do": "lin", "to": {"in": "part", "position_m": [0, 0, 0.08]}}, {"do": "grip", "part": "part"},
+      {"do": "lin", "to": {"by_m": [0, 0, 0.1]}}, {"do": "lin", "to": {"by_m": [0, 0.1, 0]}}, )";
+  const auto carried = [&](double down) { return rehearsed(on_the_floor(take + down_by(down), part)); };
+  EXPECT_THAT(carried(0.1005), Not(ReportsAnywhere(Code::kCollision)));
+  EXPECT_THAT(carried(0.105), Reports(Code::kCollision, "/program/steps/5", {"floor", "part"}));
+}
+
+TEST(Floor, IsWhereABaseDrives) {
+  const auto to = [](const std::string& joints_deg) {
+    return rehearsed(
+        R"({"devices": {"base": {"model": "youbot_base", "at": {"in": "world"}},
+      "arm": {"model": "lwr4plus", "on": "base"}}, "program": {"do": "sequence", "steps": [
+      {"do": "lin", "name": "drive", "arm": "base", "to": {"by_m": [1.0, 0, 0]}}, )" +
+        fmt::format(R"({{"do": "ptp", "name": "go", "arm": "arm", "to": {{"joints_deg": [{}]}}}})", joints_deg) +
+        "]}}");
+  };
+  EXPECT_THAT(to("0, -30, 0, 90, 0, -60, 0"), Not(ReportsAnywhere(Code::kCollision)));
+  EXPECT_THAT(to("0, 118, 0, 20, 0, 0, 0"), Reports(Code::kCollision, "/program/steps/1", {"floor", "arm/"}));
+}
+
+TEST(Floor, GivesItsNameToAnObjectThatIsCalledSo) {
+  const std::string mat = R"(, "objects": {"floor": {"shape": "box", "size_m": [0.2, 0.2, 0.01],
+    "at": {"in": "world", "position_m": [0.55, 0, 0.005]}}})";
+  EXPECT_THAT(rehearsed(on_the_floor(kOverTheFloor + down_by(0.055), mat)),
+              Reports(Code::kCollision, "/program/steps/1", {"'floor'", "gripper"}));
+  EXPECT_THAT(rehearsed(on_the_floor(ptp("0, 110, 0, 0, 0, 0, 0"), mat)),
+              Reports(Code::kCollision, "/program/steps/0", {"'world/floor'"}));
+}
+
 TEST(Bases, AnArmOnABaseMeetsWhatTheBaseDrivesInto) {
   const std::string text = R"({"devices": {
       "base": {"model": "youbot_base", "at": {"in": "world"}},
@@ -327,6 +424,39 @@ TEST(Run, TheSameKeyAllowsItInTheRun) {
   EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
 }
 
+/// Jogging has no path that a rehearsal could check.
+TEST(Floor, IsNotDrivenIntoInARun) {
+  const std::string down = R"({"do": "jog", "linear_m_s": [0, 0, -0.05], "in": "world", "seconds": 3,
+                               "while": {"channel": "on"}})";
+  const std::string on = R"(, "channels": {"on": {"type": "Boolean", "initial": true}})";
+  const RunReport report = run_of(on_the_floor(kOverTheFloor + down, on), 1);
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_THAT(report.diagnostics, Reports(Code::kUnexpectedContact, "", {"floor", "gripper"}));
+}
+
+/// Up beside a block and over it, 6 mm above: a blend of 60 mm cuts the corner into the block. The branch is not known
+/// before the run, so the blend is decided in it.
+TEST(Run, ABlendThatIsDecidedInItDoesNotCutACornerIntoSomething) {
+  const auto over = [](double height) {
+    return run_of(fmt::format(R"({{"devices": {{
+        "arm": {{"model": "lwr4plus", "at": {{"in": "world"}}}}, "gripper": {{"model": "wsg50", "on": "arm"}}}},
+      "objects": {{"block": {{"shape": "box", "size_m": [0.2, 0.15, {0}],
+                              "at": {{"in": "world", "position_m": [0.538, 0.105, {1}]}}}}}},
+      "program": {{"do": "sequence", "steps": [
+        {{"do": "ptp", "name": "right", "to": {{"joints_deg": [0, -30, 0, 90, 0, -60, 0]}}}},
+        {{"do": "lin", "name": "up", "to": {{"by_m": [0, 0, 0.12]}}, "blend_m": 0.06}},
+        {{"do": "branch", "cases": [{{"when": "$true", "steps": [
+          {{"do": "ptp", "name": "over", "to": {{"in": "world", "position_m": [0.466, 0.269, 0.386],
+                                               "rpy_deg": [0, 180, 30]}}}}]}}]}}]}}}})",
+                              height, 0.5 * height),
+                  1);
+  };
+  const RunReport low = over(0.1), high = over(0.3675);
+  EXPECT_EQ(low.verdict, Verdict::kPassed) << low.diagnostics.to_string();
+  EXPECT_EQ(high.verdict, Verdict::kPassed) << high.diagnostics.to_string();
+  EXPECT_LT(low.sim_time + 0.05, high.sim_time) << "over a low block it is blended, at a high one the arm stops";
+}
+
 // -- The distance as a sensor
 // ------------------------------------------------------------------------------------------
 
@@ -346,6 +476,14 @@ TEST(Distance, AbortsWhatComesTooNear) {
                                "abort_if": {"distance": ["probe", "table"], "below_m": 0.02}})";
   const RunReport report = run_of(CellText{}.with(kAbove + down), 1);
   EXPECT_THAT(report.diagnostics, ReportsAnywhere(Code::kAbortCondition));
+}
+
+TEST(Floor, ADistanceToItEndsAMotion) {
+  const std::string near = R"(, "until": {"distance": ["arm", "floor"], "below_m": 0.03})";
+  const RunReport report = run_of(on_the_floor(kOverTheFloor + down_by(0.05, near), R"(, "expectations": [
+    {"kind": "tool_pose", "arm": "arm", "in": "world", "position_m": [0.55, 0, 0.03], "position_within_m": 0.003}])"),
+                                  1);
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
 }
 
 TEST(Distance, NamesAreChecked) {

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -64,6 +66,26 @@ TEST_F(InterruptionsTest, AChildThatDiesIsAFailureAndTwentyAreEnough) {
   EXPECT_EQ(tries.failures().front(), "cancel in cycle 500: the process ended");
   EXPECT_GE(tries.failures().size(), 20u);
   EXPECT_LT(tries.failures().size(), 23u);
+}
+
+TEST_F(InterruptionsTest, OneMayBeRepeatedInARunOfItsOwn) {
+  Interruptions none = every(1'000'000'000);
+  const double whole = run(none, [](const RunReport&) {}).sim_time;
+  static const device::ModelLibrary models({"models"});
+  auto session = Session::open("scenarios/wave.json", models);
+  ASSERT_TRUE(session) << session.error().to_string();
+  RunOptions options;
+  options.repeat = options.measure_times = false;
+  auto again = Interruptions::again({Way::kCancel, 1'500, 7, "as it was"});
+  again.attach(options);
+  std::vector<std::pair<std::string, Nanoseconds>> told;
+  options.tell = [&](const LogEntry& entry) {
+    if (entry.source == "operator") told.emplace_back(entry.name, entry.time);
+  };
+  const RunReport report = (*session)->run(options);
+  EXPECT_EQ(told, (std::vector<std::pair<std::string, Nanoseconds>>{{"cancel", 1500 * kMillisecond}}));
+  EXPECT_GT(report.sim_time, 1.5);
+  EXPECT_LT(report.sim_time, whole - 1.0);
 }
 
 TEST_F(InterruptionsTest, ABrokenLimitIsTold) {

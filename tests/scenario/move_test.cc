@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "scenario/session.h"
-#include "tests/scenario/described.h"
+#include "tests/scenario/runs.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenario_names.h"
 
@@ -27,14 +27,16 @@ Diagnostics rehearsed(const std::string& text) {
   return session ? (*session)->warnings() : session.error();
 }
 
-/// An LWR with a gripper, a table, and a post that a turn of the first joint drives it into.
+/// An LWR with a gripper half a metre above the floor, a table, and a post that a turn of the first joint drives it
+/// into.
 std::string cell_with(const std::string& steps, const std::string& objects = "") {
   return fmt::format(R"({{"devices": {{
-      "arm": {{"model": "lwr4plus", "at": {{"in": "world"}}}},
-      "gripper": {{"model": "wsg50", "on": "arm"}}}}, "objects": {{
-      "table": {{"shape": "box", "size_m": [0.8, 1.4, 0.05], "at": {{"in": "world", "position_m": [0.7, 0, -0.1]}}}},
+      "arm": {{"model": "lwr4plus", "at": {{"in": "room"}}}},
+      "gripper": {{"model": "wsg50", "on": "arm"}}}},
+      "frames": {{"room": {{"in": "world", "position_m": [0, 0, 0.5]}}}}, "objects": {{
+      "table": {{"shape": "box", "size_m": [0.8, 1.4, 0.05], "at": {{"in": "room", "position_m": [0.7, 0, -0.1]}}}},
       "post": {{"shape": "box", "size_m": [0.05, 0.05, 1.2],
-                "at": {{"in": "world", "position_m": [0.4, 0.4, 0.53]}}}}{}}},
+                "at": {{"in": "room", "position_m": [0.4, 0.4, 0.53]}}}}{}}},
       "program": {{"do": "sequence", "steps": [{}]}}}})",
                      objects, steps);
 }
@@ -64,11 +66,11 @@ TEST(Move, IsBlendedWithItsNeighbours) {
 /// Up beside a block and over it, 6 mm above: a blend of 60 mm cuts the corner into the block.
 TEST(Move, ABlendThatCutsTheCornerIntoSomethingIsMadeSmaller) {
   const std::string block = R"(, "block": {"shape": "box", "size_m": [0.2, 0.15, 0.3675],
-      "at": {"in": "world", "position_m": [0.538, 0.105, 0.18375]}})";
+      "at": {"in": "room", "position_m": [0.538, 0.105, 0.18375]}})";
   const auto over = [&](const std::string& word, const std::string& blend) {
     return rehearsed(cell_with(kRight + R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.12]}, "blend_m": )" +
                                    blend + R"(}, {"do": ")" + word +
-                                   R"(", "name": "over", "to": {"in": "world", "position_m": [0.466, 0.269, 0.386],
+                                   R"(", "name": "over", "to": {"in": "room", "position_m": [0.466, 0.269, 0.386],
                                         "rpy_deg": [0, 180, 30]}})",
                                block));
   };
@@ -81,13 +83,13 @@ TEST(Move, ABlendThatCutsTheCornerIntoSomethingIsMadeSmaller) {
 
 TEST(Move, TakesAHeldPartAround) {
   const std::string bar = R"(, "bar": {"shape": "box", "size_m": [0.04, 0.4, 0.04], "fixed": false, "mass_kg": 0.4,
-      "at": {"in": "world", "position_m": [0.55, -0.1, -0.055]}})";
+      "at": {"in": "room", "position_m": [0.55, -0.1, -0.055]}})";
   const std::string take =
       R"({"do": "ptp", "to": {"in": "bar", "position_m": [0, 0, 0.15], "rpy_deg": [0, 180, 0]}},
          {"do": "lin", "to": {"in": "bar", "position_m": [0, 0, 0.01]}},
          {"do": "grip", "part": "bar", "part_mass_kg": 0.4}, {"do": "lin", "to": {"by_m": [0, 0, 0.25]}}, )";
   const auto over = [](const char* word) {
-    return fmt::format(R"({{"do": "{}", "name": "over", "to": {{"in": "world", "position_m": [-0.1, 0.5, 0.3],
+    return fmt::format(R"({{"do": "{}", "name": "over", "to": {{"in": "room", "position_m": [-0.1, 0.5, 0.3],
                                                              "rpy_deg": [0, 180, 0]}}}})",
                        word);
   };
@@ -129,7 +131,7 @@ TEST(Move, SaysWhatIsInTheWayWhereThereIsNoPath) {
       {"shape": "box", "size_m": [0.02, 2, 3], "position_m": [0, 1.2, 1.45]},
       {"shape": "box", "size_m": [0.02, 2, 3], "position_m": [0, -1.2, 1.45]},
       {"shape": "box", "size_m": [0.02, 0.4, 2.4], "position_m": [0, 0, 1.8]}],
-      "at": {"in": "world", "position_m": [0, 0, 0]}})";
+      "at": {"in": "room", "position_m": [0, 0, 0]}})";
   const Diagnostics said = rehearsed(cell_with(
       R"({"do": "move", "name": "behind", "effort": 0.1, "to": {"joints_deg": [165, -30, 0, 90, 0, -60, 0]}})", wall));
   EXPECT_THAT(said, Reports(Code::kPlanningFailed, "/program/steps/0/to", {"wall"}));
@@ -217,6 +219,19 @@ TEST(MoveBeside, KeepsClearOfAllThatIsSweptAtTimesThatAreNotKnown) {
   EXPECT_THAT(said, Notes("/program/steps/2/branches/0/steps/1/to", {"right", "left"}));
 }
 
+/// The other arm comes to its goal, and leaves it again: no path keeps clear of that, so it begins when it has left.
+TEST(MoveBeside, WaitsForWhatPassesByWhereNoPathKeepsClearOfIt) {
+  const std::string text =
+      two_arms(turn("move", "left", 0, "left comes"),
+               turn("ptp", "right", 0, "right comes") + ", " + turn("ptp", "right", -100, "right leaves"));
+  const Diagnostics said = rehearsed(text);
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Not(ReportsAnywhere(Code::kCollision)));
+  EXPECT_THAT(said, Notes("/program/steps/2/branches/0/steps/0"));
+  const RunReport report = test::run(parsed(text));
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+}
+
 TEST(MoveBeside, SaysWhatBlocksItsGoalAndWhen) {
   const Diagnostics said =
       rehearsed(two_arms(turn("move", "left", 0, "left comes"), turn("ptp", "right", 0, "right comes")));
@@ -226,7 +241,7 @@ TEST(MoveBeside, SaysWhatBlocksItsGoalAndWhen) {
 
 TEST(PtpSolution, FreeIsTheNearestWhosePathIsFree) {
   const auto go = [](const std::string& more) {
-    return kRight + R"({"do": "ptp", "name": "go", "to": {"in": "world", "position_m": [0.0, 0.55, 0.4],
+    return kRight + R"({"do": "ptp", "name": "go", "to": {"in": "room", "position_m": [0.0, 0.55, 0.4],
                        "rpy_deg": [0, 180, 0]})" +
            more + "}";
   };

@@ -68,6 +68,45 @@ TEST(PartExpectations, AValueCountsWhileItsStepRuns) {
   EXPECT_THAT(all.results.at(0).measured, Names("N", "60")) << "with its unit";
 }
 
+/// The tool begins 20 mm above the block, touches it twice and ends 20 mm above the touch.
+TEST(PartExpectations, APoseCountsInEachCycleOfItsStep) {
+  const Judged all = judged(R"json(
+      {"kind": "tool_pose", "in": "block", "position_m": [0, 0, 0.12], "position_within_m": 0.012},
+      {"kind": "tool_pose", "in": "block", "position_m": [0, 0, 0.12], "position_within_m": 0.03, "during": "measure"},
+      {"kind": "tool_pose", "in": "block", "position_m": [0, 0, 0.12], "position_within_m": 0.012, "during": "pause"},
+      {"kind": "tool_pose", "in": "block", "position_m": [0, 0, 0.12], "position_within_m": 0.012, "during": "measure"},
+      {"kind": "object_pose", "object": "block", "position_m": [0.55, 0, 0.1], "position_within_m": 1e-4,
+       "during": "touch"},
+      {"kind": "object_pose", "object": "block", "position_m": [0.55, 0, 0.1], "position_within_m": 1e-4,
+       "during": "measure (3)"})json");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, true, true, false, true, false})) << all.results.at(3).measured;
+}
+
+/// Fixed and up to 50 mm off its drawing: what stands on it is judged by where it truly is.
+TEST(PartExpectations, APoseIsJudgedInAFrameThatIsTrulyElsewhere) {
+  auto session = Session::create(parsed(R"json({"devices": {"arm": {"model": "lwr4plus"}},
+    "frames": {"corner": {"in": "bench", "position_m": [0.1, 0.1, 0.05]}},
+    "objects": {
+      "bench": {"shape": "box", "size_m": [0.4, 0.4, 0.1], "at": {"position_m": [2, 0, 0.05]},
+                "vary": {"position_m": [0.05, 0.05, 0], "rpy_deg": [0, 0, 20]}},
+      "part": {"shape": "box", "size_m": [0.04, 0.04, 0.04], "at": {"in": "corner", "position_m": [0, 0, 0.02]},
+               "fixed": false, "mass_kg": 0.2}},
+    "program": {"do": "wait", "name": "pause", "seconds": 0.2},
+    "expectations": [
+      {"kind": "object_pose", "object": "part", "in": "corner", "position_m": [0, 0, 0.02], "position_within_m": 1e-4,
+       "angle_within_deg": 0.1},
+      {"kind": "object_pose", "object": "part", "in": "corner", "position_m": [0, 0, 0.02], "position_within_m": 1e-4,
+       "during": "pause"},
+      {"kind": "object_pose", "object": "part", "position_m": [2.1, 0.1, 0.12], "position_within_m": 1e-4}]})json"),
+                                 models());
+  ASSERT_TRUE(session.has_value()) << session.error().to_string();
+  const auto results = (*session)->run({}).expectations;
+  ASSERT_EQ(results.size(), 3u);
+  EXPECT_TRUE(results[0].passed) << results[0].measured;
+  EXPECT_TRUE(results[1].passed) << results[1].measured;
+  EXPECT_FALSE(results[2].passed) << results[2].measured;
+}
+
 TEST(PartExpectations, AContactForceCountsWhileItsStepRuns) {
   const Judged all = judged(R"json(
       {"kind": "contact_force", "between": ["probe", "block"], "below_N": 60, "at_least_N": 5},
@@ -103,6 +142,21 @@ TEST(PartExpectations, EventsAreCounted) {
   EXPECT_EQ(all.held, (std::vector<bool>{true, false, false, true, true, false}));
 }
 
+TEST(PartExpectations, EventsHaveWindowsInTheTimeOfTheirStep) {
+  // The pause takes 0.3 s, twice; the whole loop takes longer than that.
+  const Judged all = judged(R"json(
+      {"kind": "event", "source": "program", "event": "end", "during": "pause", "from_s": 0.29, "to_s": 0.31,
+       "times": 2},
+      {"kind": "event", "source": "program", "event": "end", "during": "pause", "to_s": 0.2},
+      {"kind": "event", "source": "program", "event": "begin", "during": "pause", "to_s": 0.001, "times": 2},
+      {"kind": "event", "source": "program", "event": "end", "text": "pause", "during": "measure", "from_s": 0.31,
+       "times": 2},
+      {"kind": "event", "source": "program", "event": "begin", "text": "touch", "during": "measure (2)", "to_s": 0.1,
+       "times": 1})json");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, true, true})) << all.results.at(0).measured;
+  EXPECT_THAT(all.results.at(1).measured, Names("0", "2", "step"));
+}
+
 TEST(PartExpectations, AnOrderHasItsWindows) {
   const Judged all = judged(R"json(
       {"kind": "order", "events": [{"event": "begin", "text": "touch"}, {"source": "contact", "event": "contact"},
@@ -117,9 +171,9 @@ TEST(PartExpectations, AnOrderHasItsWindows) {
 }
 
 TEST(PartExpectations, ContactsAreThoseThatAreMeant) {
-  const Judged all =
-      judged(R"json({"kind": "contacts", "only": [["block", "probe"]]}, {"kind": "contacts", "only": []})json");
-  EXPECT_EQ(all.held, (std::vector<bool>{true, false}));
+  const Judged all = judged(R"json({"kind": "contacts", "only": [["block", "probe"]]}, {"kind": "contacts", "only": []},
+             {"kind": "contacts", "only": [["pr*", "b*k"]]}, {"kind": "contacts", "only": [["block", "b*"]]})json");
+  EXPECT_EQ(all.held, (std::vector<bool>{true, false, true, false}));
   EXPECT_THAT(all.results.at(1).measured, Names("block", "probe", "N"));
 }
 
@@ -158,6 +212,25 @@ TEST(StepWindow, APathGoesThroughItsNodes) {
   EXPECT_TRUE(goes_through("grip (left)", "grip (left)"));
   EXPECT_FALSE(goes_through("grip (left)", "grip")) << "that is no round";
   EXPECT_FALSE(goes_through("", "a"));
+}
+
+TEST(StepWindow, APathEndsWithTheNodeThatHasBegun) {
+  EXPECT_TRUE(ends_with("a / b (2) / c", "c"));
+  EXPECT_TRUE(ends_with("a / b (2) / c", "b / c"));
+  EXPECT_TRUE(ends_with("a / b (2) / c", "a / c"));
+  EXPECT_TRUE(ends_with("a / b (2)", "b"));
+  EXPECT_FALSE(ends_with("a / b (2) / c", "b")) << "it began before";
+  EXPECT_FALSE(ends_with("a / b (2) / c", "b (1) / c"));
+  EXPECT_FALSE(ends_with("a / c", "b / c"));
+  EXPECT_FALSE(ends_with("", "c"));
+}
+
+TEST(StepWindow, PartsThatNoStepHasAreFound) {
+  const std::vector<std::string> steps{"a", "b", "grip (left)"};
+  EXPECT_THAT(unknown_parts("a / b (2)", steps), testing::IsEmpty());
+  EXPECT_THAT(unknown_parts("a / c (2) / b / d", steps), testing::ElementsAre("c (2)", "d"));
+  EXPECT_THAT(unknown_parts("grip (left)", steps), testing::IsEmpty());
+  EXPECT_THAT(unknown_parts("grip", steps), testing::ElementsAre("grip"));
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "scenario/faulty_sensor.h"
 #include "scenario/session.h"
 #include "tests/scenario/described.h"
 #include "tests/support/reports.h"

@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/device/arm.h"
+#include "core/net/registry.h"
+#include "core/net/setup.h"
 #include "record/recording.h"
 #include "scenario/session.h"
 #include "tests/scenario/runs.h"
@@ -97,6 +100,45 @@ TEST(Story, AFaultIsToldWithJointAndContact) {
   EXPECT_THAT(fault[0].text, testing::HasSubstr("'probe/")) << "the body that hit";
   EXPECT_THAT(report.diagnostics, Notes("", {"arm", "block", "ram"})) << "in the report too";
   EXPECT_EQ(words(report.log).back(), "run error");
+}
+
+/// Begins to move a joint with constant jerk, and after a tenth of a second is somewhere else at once.
+class JumpsForTest final : public net::Primitive {
+ public:
+  explicit JumpsForTest(net::Setup& setup)
+      : arm_(setup.device<device::Arm>("device", device::Arm::kKind, "the arm that is driven")) {
+    setup.claims("device");
+  }
+  void update(const net::Cycle& cycle) override {
+    constexpr double kJerk = 1.0;  // rad/s^3
+    if (cycle.first) begin_ = arm_->set_point().q;
+    const double t = 1e-3 * static_cast<double>(cycle.index_in_net);
+    device::JointVector q = begin_, dq = 0.0 * begin_, ddq = 0.0 * begin_;
+    q[1] += kJerk * t * t * t / 6.0 + (cycle.index_in_net >= 100 ? 0.1 : 0.0);
+    dq[1] = kJerk * t * t / 2.0;
+    ddq[1] = kJerk * t;
+    arm_->propose(q, dq, ddq);
+  }
+
+ private:
+  device::Arm* arm_;
+  device::JointVector begin_;
+};
+TAKT_PRIMITIVE(JumpsForTest, "test", "Begins to move a joint and jumps after a tenth of a second.");
+
+TEST(Story, WhatAGuardRefusesIsToldWithTheContactBeforeIt) {
+  const RunReport report = run(
+      cell(std::string(kAbove) + R"(, {"do": "tare"}, )" + kTouch + R"(, {"do": "net", "name": "wild", "net": "jump"})",
+           R"(, "nets": {"jump": {"primitives": [{"id": "arm", "type": "JumpsForTest", "parameters": {"device": "arm"}},
+                  {"id": "end", "type": "Termination", "parameters": {"condition": false}}]}})"));
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  const auto guard = entries(report, "arm", "guard");
+  ASSERT_EQ(guard.size(), 1u) << report.diagnostics.to_string();
+  EXPECT_EQ(guard[0].level, LogLevel::kError);
+  EXPECT_EQ(guard[0].step, "main / wild");
+  EXPECT_THAT(guard[0].text, Names("block", "N"));
+  EXPECT_THAT(guard[0].text, testing::HasSubstr("'probe/")) << "what touched before";
+  EXPECT_THAT(report.diagnostics, Notes("", {"arm", "block", "wild"})) << "in the report too";
 }
 
 TEST(Story, WhatTheOperatorDoesIsTold) {

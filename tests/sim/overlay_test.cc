@@ -83,6 +83,19 @@ TEST(Overlay, AnyTextAndNumberIsDrawnWithinThePicture) {
   EXPECT_EQ(painted(overlay), painted(overlay));
 }
 
+TEST(Font, WhatItLacksComesFromAnother) {
+  // The letter A of mathematics, without serifs: in DejaVu Sans, and not in its bold face. The last one is in no font.
+  const auto drawn = [](const char* text) {
+    Font font = Font::open(Font::Weight::kBold, 24).value();
+    Image image = background();
+    font.draw(text, 4, 30, {}, image);
+    return image.rgba;
+  };
+  EXPECT_NE(drawn("\U0001D5A0"), drawn("\U0010FFFD")) << "no empty box";
+  EXPECT_NE(drawn("\U0001D5A0"), drawn("\U0001D5A1"));
+  EXPECT_EQ(drawn("\U0010FFFE"), drawn("\U0010FFFD"));
+}
+
 TEST(Font, FittedTextIsNoWiderThanAskedAndKeepsWholeCharacters) {
   Result<Font> font = Font::open(Font::Weight::kBook, 19);
   ASSERT_TRUE(font);

@@ -280,5 +280,43 @@ TEST(Thread, IsPartOfTheStateAndAllocatesNothing) {
   EXPECT_TRUE(stepped);
 }
 
+/// It hangs by its head in a hole that it passes through.
+WorldDescription screw_in_hole() {
+  WorldDescription world = screw_over_thread(kSizes[3], 0.0);
+  world.objects[0].shapes[0].bores[0].thread.clear();
+  world.objects[0].shapes[0].bores[0].radius = 0.0033;
+  world.objects[1].mount.X_P.translation().z() = -kShankLength + 1e-5;
+  world.physics.timestep = kMillisecond / 2;
+  world.physics.calm_timestep = kMillisecond;
+  return world;
+}
+
+TEST(Thread, StepsAreLongWhileAllScrewsSleep) {
+  World world = make(screw_in_hole());
+  const auto step = [](World& from) {
+    EXPECT_TRUE(from.step());
+    return from.physics_model()->opt.timestep;
+  };
+  EXPECT_EQ(step(world), 0.0005);
+  for (int i = 0; i < 1000; ++i) step(world);
+  EXPECT_EQ(step(world), 0.001);
+  const Snapshot snapshot = world.save();
+  const int body = world.body("screw");
+  const auto pushed = [&](World& from) {
+    from.push(body, {0.0, 0.0, 0.2});
+    EXPECT_EQ(step(from), 0.001);  // it is woken at the end of this cycle
+    for (int i = 0; i < 20; ++i) EXPECT_EQ(step(from), 0.0005);
+    from.push(body, {0.0, 0.0, 0.0});
+    for (int i = 0; i < 1000; ++i) step(from);
+    EXPECT_EQ(step(from), 0.001);
+    return from.save();
+  };
+  const Snapshot end = pushed(world);
+  EXPECT_EQ(world.time(), 2024 * kMillisecond);
+  World fresh = make(screw_in_hole());
+  ASSERT_TRUE(fresh.restore(snapshot));
+  EXPECT_EQ(pushed(fresh), end);
+}
+
 }  // namespace
 }  // namespace takt::sim::test

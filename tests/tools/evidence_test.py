@@ -248,6 +248,13 @@ class Verify(WithFolder):
             self.assertAlmostEqual(tries["faults"], run["run"]["cycles"] / 300, delta=2)
 
 
+    def test_faults_of_all_devices_are_tried_in_turn(self):
+        """With an arm and a sensor every fourth fault is the sensor's; a program that needs it fails, and ends in order."""
+        tries = json.loads(self.good("verify", self.write(SHORT), "--fault-every", 100, "--json").stdout)["scenarios"][0]["interruptions"]
+        self.assertTrue(tries["held"], tries["failures"])
+        self.assertGreater(tries["faults"], 15)
+
+
 class Films(WithFolder):
     """What a film is by its frames; what is in a picture is tested in tests/sim and tests/scenario/film."""
     def frames(self, film):
@@ -438,6 +445,14 @@ class Replay(WithFolder):
         # It fires before the arm has come to rest, which the program tells.
         self.assertIn(touch["cycle"] - found[0]["change"]["cycle"], range(0, 200))
         self.assertEqual((found[0]["change"]["before"], found[0]["change"]["after"]), ("false", "true"))
+
+    def test_a_program_that_was_entered_at_a_step_is_entered_there_again(self):
+        record, report = self.recorded({**SHORT, "expectations": []}, "from.mcap", "--from", "away")
+        end = json.loads(self.good("replay", record, "--json").stdout)
+        self.assertEqual((end["result"], end["cycles"]), ("passed", report["cycles"]))
+        self.assertNotIn("above", self.talk(record, "end"))
+        whole, _ = self.recorded()
+        self.assertNotEqual(json.loads(self.good("replay", whole, "--json").stdout)["cycles"], report["cycles"])
 
     def test_another_run_is_told_from_its_first_cycle_on(self):
         record, _ = self.recorded(None, "slow.mcap", "--backend", "left arm=slow:8ms")  # which is in no recording

@@ -43,6 +43,24 @@ def box_in_collada(x, y, z, at):
 </visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
 
 
+def two_colours_in_collada():
+    """Two boxes beside each other, a red one and one that is half as bright as white."""
+    plain = box_in_collada(100, 50, 50, (0, 0, 0)).replace(
+        '<triangles count="12">', '<triangles count="12" material="paint">')
+    effects = "".join(f'<effect id="e{i}"><profile_COMMON><technique sid="t"><lambert><diffuse><color>{c} 1</color></diffuse></lambert>'
+                      f'</technique></profile_COMMON></effect>' for i, c in enumerate(("0.9 0.1 0", "0.5 0.5 0.5")))
+    materials = "".join(f'<material id="m{i}" name="m{i}"><instance_effect url="#e{i}"/></material>' for i in range(2))
+    nodes = "".join(
+        f'<node id="n{i}"><matrix>1 0 0 {400 * i} 0 1 0 0 0 0 1 0 0 0 0 1</matrix><instance_geometry url="#box"><bind_material>'
+        f'<technique_common><instance_material symbol="paint" target="#m{i}"/></technique_common></bind_material>'
+        '</instance_geometry></node>' for i in range(2))
+    head, tail = plain.split("<library_visual_scenes>")
+    end = tail[tail.index("</visual_scene>"):]
+    return (head.replace("<library_geometries>", f"<library_effects>{effects}</library_effects>"
+                         f"<library_materials>{materials}</library_materials><library_geometries>")
+            + f'<library_visual_scenes><visual_scene id="s">{nodes}' + end)
+
+
 class WithFolder(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -131,6 +149,28 @@ class Foreign(WithFolder):
             shutil.rmtree(self.models / "press_six")
             self.assertIn("link 'link_3' mesh 'package://press_support/meshes/forearm.dae'",
                           self.notes(self.made("press_six", package / "urdf/press_six.urdf")))
+
+    def test_collada_keeps_its_colours(self):
+        """A mesh of two colours becomes two visuals; a material of the URDF counts more; collisions stay whole."""
+        package = self.path / "press_support"
+        shutil.copytree(FOREIGN / "press_support", package)
+        (package / "meshes/forearm.dae").write_text(two_colours_in_collada())
+        urdf = package / "urdf/press_six.urdf"
+        urdf.write_text(urdf.read_text().replace('<material name="undefined"/>', ""))
+        self.made("press_six", package / "urdf/press_six.urdf")
+        robot = xml.etree.ElementTree.parse(self.models / "press_six/press_six.urdf").getroot()
+        colours = {m.get("name"): m.find("color").get("rgba") for m in robot.findall("material")}
+        link = next(l for l in robot.iter("link") if l.get("name") == "link_3")
+        seen = {colours[v.find("material").get("name")]: v.find("geometry/mesh").get("filename") for v in link.findall("visual")}
+        self.assertEqual(set(seen), {"0.9 0.1 0 1", "0.5 0.5 0.5 1"})
+        ends = {}
+        for rgba, name in seen.items():
+            rows = [line.split() for line in (self.models / "press_six" / name).read_text().splitlines()]
+            ends[rgba] = max(float(row[1]) for row in rows if row[0] == "v")
+            self.assertEqual(sum(row[0] == "f" for row in rows), 12)
+        self.assertAlmostEqual(ends["0.9 0.1 0 1"], 0.1, places=6)
+        self.assertAlmostEqual(ends["0.5 0.5 0.5 1"], 0.5, places=6)
+        self.assertEqual(takt("validate", self.models / "press_six").returncode, 0)
 
     def test_xacro_is_expanded(self):
         """Includes, packages, arguments and expressions give what the plain file gives."""

@@ -1,6 +1,7 @@
 // Bodies: meshes, shapes, masses.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <Eigen/Dense>
@@ -36,7 +37,26 @@ class Meshes {
   struct Entry {
     std::string name;  ///< empty: not usable
     std::string why;
+    std::filesystem::path file = {};
+    std::vector<MeshFile::Coloured> colours = {};
+    std::vector<std::string> coloured = {};  ///< files of `colours`, once somebody wants them
   };
+
+  /// The mesh by its colours: names of files and colours; one file of all if there is one colour. Empty: the file says
+  /// none.
+  std::vector<std::pair<std::string, std::string>> coloured(const std::string& name) {
+    Entry& entry = entries_.at(name);
+    if (entry.colours.size() == 1) return {{entry.name, entry.colours.front().rgba}};
+    std::vector<std::pair<std::string, std::string>> files;
+    for (std::size_t i = 0; i < entry.colours.size(); ++i) {
+      if (entry.coloured.size() == i) {
+        entry.coloured.push_back(unused_name(draft_, entry.file, ".obj"));
+        draft_.mesh_files.emplace(entry.coloured.back(), std::move(entry.colours[i].content));
+      }
+      files.emplace_back(entry.coloured[i], entry.colours[i].rgba);
+    }
+    return files;
+  }
 
   const Entry& get(const std::string& name) {
     const auto known = entries_.find(name);
@@ -55,7 +75,7 @@ class Meshes {
     }
     const std::string own = unused_name(draft_, *file, mesh->extension);
     draft_.mesh_files.emplace(own, std::move(mesh->content));
-    return {own, {}};
+    return {own, {}, *file, std::move(mesh->colours)};
   }
 
   Draft& draft_;
@@ -90,6 +110,35 @@ bool adopt(Node& part, Meshes& meshes, std::vector<std::pair<std::string, std::s
   return true;
 }
 
+/// Name of the robot's material that has this colour. One that there is none for goes to `made`: the robot's elements
+/// stay where they are while its links are gone through.
+std::string material_of(Draft& draft, const std::string& rgba, std::vector<Node>& made) {
+  std::vector<Node*> materials = draft.robot.all("material");
+  for (Node& one : made) materials.push_back(&one);
+  for (const Node* material : materials)
+    if (const Node* colour = material->child("color"); colour != nullptr && colour->text("rgba") == rgba)
+      return material->text("name");
+  Node material{"material", {{"name", fmt::format("colour_{}", materials.size() + 1)}}, {}};
+  material.add("color").set("rgba", rgba);
+  made.push_back(material);
+  return material.text("name");
+}
+
+/// A visual of a mesh that has colours of its own, and to which the URDF gives none: one visual per colour.
+std::vector<Node> by_colour(Draft& draft, const Node& part, const std::string& mesh, Meshes& meshes,
+                            std::vector<Node>& materials) {
+  const bool plain = part.name != "visual" || mesh.empty() || part.child("material") != nullptr;
+  const auto files = plain ? decltype(meshes.coloured(mesh)){} : meshes.coloured(mesh);
+  if (files.empty()) return {part};
+  std::vector<Node> parts;
+  for (const auto& [file, rgba] : files) {
+    parts.push_back(part);
+    shape_of(parts.back())->set("filename", file);
+    if (!rgba.empty()) parts.back().add("material").set("name", material_of(draft, rgba, materials));
+  }
+  return parts;
+}
+
 Node as_visual(const Node& collision) {
   Node visual = collision;
   visual.name = "visual";
@@ -97,14 +146,17 @@ Node as_visual(const Node& collision) {
 }
 
 /// A visual whose mesh was lost is replaced by what the link collides with.
-void gather_link(Draft& draft, Node& link, Meshes& meshes) {
+/// @param materials  gets those that are new
+void gather_link(Draft& draft, Node& link, Meshes& meshes, std::vector<Node>& materials) {
   std::vector<std::pair<std::string, std::string>> lost;
   for (const char* kind : {"collision", "visual"}) {
     std::vector<Node> kept;
     bool lost_here = false;
     for (Node* part : link.all(kind)) {
+      const Node* shape = shape_of(*part);
+      const std::string mesh = shape != nullptr && shape->name == "mesh" ? shape->text("filename") : "";
       const bool usable = adopt(*part, meshes, lost);
-      if (usable) kept.push_back(*part);
+      if (usable) std::ranges::move(by_colour(draft, *part, mesh, meshes, materials), std::back_inserter(kept));
       lost_here = lost_here || !usable;
     }
     link.drop_children(kind);
@@ -235,7 +287,9 @@ void complete_mass(Draft& draft, Node& link, const Eigen::AlignedBox3d& box, boo
 
 void gather_meshes(Draft& draft, const MeshPaths& paths) {
   Meshes meshes(draft, paths);
-  for (Node* link : draft.robot.all("link")) gather_link(draft, *link, meshes);
+  std::vector<Node> materials;
+  for (Node* link : draft.robot.all("link")) gather_link(draft, *link, meshes, materials);
+  draft.robot.children.insert(draft.robot.children.begin(), materials.begin(), materials.end());
 }
 
 void complete_bodies(Draft& draft) {

@@ -1,7 +1,10 @@
 #include "tools/import/collada.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -44,6 +47,33 @@ bool append(const aiMesh& mesh, Triangles& all, Eigen::AlignedBox3d& box) {
   return true;
 }
 
+/// The colour that the file gives a material, empty: none. One with a texture has the colour of the texture, which is
+/// left out.
+std::string colour_of(const aiMaterial& material) {
+  aiColor4D colour;
+  if (material.GetName() == aiString(AI_DEFAULT_MATERIAL_NAME)) return {};
+  if (material.GetTextureCount(aiTextureType_DIFFUSE) > 0) return {};
+  if (material.Get(AI_MATKEY_COLOR_DIFFUSE, colour) != aiReturn_SUCCESS) return {};
+  const auto share = [](float part) { return std::isfinite(part) ? std::clamp(part, 0.0F, 1.0F) : 0.0F; };
+  return fmt::format("{:.3g} {:.3g} {:.3g} 1", share(colour.r), share(colour.g), share(colour.b));
+}
+
+/// The geometries by their colours, in the order in which these come.
+std::vector<std::pair<std::string, Triangles>> by_colour(const aiScene& scene) {
+  std::vector<std::pair<std::string, Triangles>> groups;
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    const aiMesh& mesh = *scene.mMeshes[i];
+    const std::string rgba =
+        mesh.mMaterialIndex < scene.mNumMaterials ? colour_of(*scene.mMaterials[mesh.mMaterialIndex]) : std::string();
+    auto group = std::ranges::find(groups, rgba, &std::pair<std::string, Triangles>::first);
+    if (group == groups.end()) group = groups.insert(groups.end(), {rgba, {}});
+    Eigen::AlignedBox3d ignored;
+    (void)append(mesh, group->second, ignored);
+  }
+  std::erase_if(groups, [](const auto& group) { return group.second.faces.empty(); });
+  return groups;
+}
+
 }  // namespace
 
 Result<MeshFile> read_collada(const std::filesystem::path& file) {
@@ -62,6 +92,9 @@ Result<MeshFile> read_collada(const std::filesystem::path& file) {
       return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "finite numbers, at most 1e6");
   mesh.triangles = all.faces.size();
   mesh.content = obj_of(all);
+  const auto groups = by_colour(*scene);
+  if (groups.size() == 1 && groups.front().first.empty()) return mesh;
+  for (const auto& [rgba, triangles] : groups) mesh.colours.push_back({obj_of(triangles), rgba});
   return mesh;
 }
 

@@ -35,6 +35,13 @@ struct MeshFile {
   std::string extension;  ///< ".stl" or ".obj"
   std::size_t triangles = 0;
   Eigen::AlignedBox3d box;  ///< in the unit of the file
+
+  /// What of it has one colour, in the same form.
+  struct Coloured {
+    std::string content;
+    std::string rgba;  ///< as a URDF writes it, 0 to 1; empty: the file says none
+  };
+  std::vector<Coloured> colours = {};  ///< of a file that says colours, one each; else empty
 };
 
 /// Reads STL (text becomes binary), OBJ or COLLADA (becomes OBJ, read_collada). @return what is wrong otherwise:

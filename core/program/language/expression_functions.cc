@@ -233,14 +233,15 @@ Value frame(Call& call) {
 
 // -- The cell ------------------------------------------------------------------------------------------------------
 
+/// @param i  of the argument that names it
 template <class Map>
-auto device_of(Call& call, const Map& devices, const char* what) {
-  const auto found = call.arguments[0].null() ? devices.end() : devices.find(call.arguments[0].text());
-  if (found != devices.end() || call.arguments[0].null()) return found;
+auto device_of(Call& call, const Map& devices, const char* what, std::size_t i = 0) {
+  const auto found = call.arguments[i].null() ? devices.end() : devices.find(call.arguments[i].text());
+  if (found != devices.end() || call.arguments[i].null()) return found;
   std::vector<std::string> names;
   for (const auto& [name, device] : devices) names.push_back(name);
-  call.errors.push_back(fmt::format("there is no {} '{}' ({})", what, call.arguments[0].text(),
-                                    nearest_choice(call.arguments[0].text(), names)));
+  call.errors.push_back(fmt::format("there is no {} '{}' ({})", what, call.arguments[i].text(),
+                                    nearest_choice(call.arguments[i].text(), names)));
   return found;
 }
 
@@ -345,6 +346,21 @@ Value contact(Call& call) {
   return felt ? Value::of(*felt, unit) : unknown;
 }
 
+/// What two arms do to the part that both hold, now: the formula of the condition of this name.
+Value internal_force(Call& call) {
+  const net::Dimension newton = unit_dimension("N");
+  const Value unknown = Value::unknown(Type::number(newton));
+  if (!call.sight.cell) return unknown;
+  const auto& sensors = call.sight.cell->sensors;
+  const auto one = device_of(call, sensors, "force/torque sensor", 0);
+  const auto other = device_of(call, sensors, "force/torque sensor", 1);
+  const bool there = one != sensors.end() && other != sensors.end();
+  if (!there || !call.sight.running() || !call.sight.measured) return unknown;
+  const auto felt =
+      command::internal_force(*call.sight.cell, one->first, other->first, call.sight.measured->biases).now();
+  return felt ? Value::of(*felt, newton) : unknown;
+}
+
 Value time(Call& call) {
   const net::Dimension second = unit_dimension("s");
   return call.sight.running() ? Value::of(to_seconds(call.sight.time), second) : Value::unknown(Type::number(second));
@@ -380,6 +396,8 @@ const std::vector<Function>& functions() {
       {"greatest", "L", "greatest(list): of numbers", of_list<greatest_of>},
       {"holding", "t", "holding('gripper'): it holds a part", holding, Changes::kAlways},
       {"input", "t", "input('name'): level or value of an input now", input, Changes::kAlways},
+      {"internal_force", "tt", "internal_force('sensor', 'sensor'): what two arms do to the part between them, now",
+       internal_force, Changes::kAlways},
       {"inverse", "p", "inverse(pose)", inverted},
       {"known", "*", "known(x): x is not null", known},
       {"least", "L", "least(list): of numbers", of_list<least_of>},

@@ -122,6 +122,25 @@ TEST_F(OfOneArm, TheFirstHitTellsBodiesTimeJointsAndDepth) {
   EXPECT_LE(distance(scene, poses, hit.a, hit.b), 1e-3);
 }
 
+// A day of slow motion: samples are a hundred thousand times as far apart, and the bound of each step finds the same.
+TEST_F(OfOneArm, ASlowMotionCollidesWhereTheFastOneDoes) {
+  constexpr double kFast = 2.0, kSlow = 86400.0;
+  std::vector<double> from(7, 0.0), to(7, 0.0);
+  to[1] = -2.05;
+  const std::vector<Hit> fast = check_motion(scene, scene.start(), between(from, to, kFast), {});
+  Trajectory motion = between(from, to, kSlow);
+  const std::vector<double> as_if_fast = between(from, to, kFast).acceleration, truly = motion.acceleration;
+  motion.acceleration = as_if_fast;
+  motion.acceleration_between = [&truly](double, double, std::vector<double>& most) { most = truly; };
+  const std::vector<Hit> slow = check_motion(scene, scene.start(), motion, {});
+  ASSERT_EQ(slow.size(), fast.size());
+  for (std::size_t i = 0; i < fast.size(); ++i) {
+    EXPECT_EQ(slow[i].a, fast[i].a);
+    EXPECT_EQ(slow[i].b, fast[i].b);
+    EXPECT_NEAR(slow[i].time / kSlow, fast[i].time / kFast, 5e-3);
+  }
+}
+
 TEST_F(OfOneArm, WhatIsIgnoredOrLeftIsNoHit) {
   std::vector<double> from(7, 0.0), to(7, 0.0);
   to[1] = -2.05;

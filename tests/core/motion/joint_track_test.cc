@@ -74,5 +74,39 @@ TEST_F(JointTrackTest, StandsBeforeAndBehindTheMotion) {
   EXPECT_EQ(track->at(motion.duration() + 1.0), track->at(motion.duration()));
 }
 
+// What a check for collisions between samples stands on.
+TEST_F(JointTrackTest, NoJointAcceleratesMoreThanTheBoundOfAnyInterval) {
+  const auto blended = [](Result<Leg> leg, double acceleration) {
+    if (leg) leg->blend = {Blend::Kind::kFraction, 0.3};
+    if (leg) leg->acceleration = acceleration;
+    return leg;
+  };
+  JointVector goal = q0_;
+  goal[0] += 0.4;
+  goal[3] -= 0.2;
+  for (const double slow : {1.0, 1e-3, 1e-7}) {
+    const Motion motion =
+        planned({[&](const JointVector& q) { return blended(ptp_leg(model_, q, goal), 0.5); },
+                 [&](const JointVector& q) { return blended(lin_leg(model_, q, shifted(0.0, 0.1, 0.1)), slow); },
+                 [&](const JointVector& q) { return ptp_leg(model_, q, q0_); }});
+    const auto track = JointTrack::follow(model_, motion);
+    ASSERT_TRUE(track);
+    double tightest = 0.0;
+    for (int i = 0; i < 400; ++i) {
+      const double from = random_.uniform(0.0, 0.99) * motion.duration();
+      const double to = from + 0.01 * motion.duration();
+      const JointVector most = track->largest_acceleration(from, to);
+      const double h = (to - from) / 40.0;
+      for (double tau = from + h; tau < to - h; tau += h) {
+        const JointVector ddq = (track->at(tau + h) - 2.0 * track->at(tau) + track->at(tau - h)) / (h * h);
+        const double rounding = 1e-13 / (h * h);
+        ASSERT_TRUE(((ddq.cwiseAbs() - most).array() <= rounding).all()) << slow << " at " << tau;
+        tightest = std::max(tightest, ddq.cwiseAbs().maxCoeff() / most.maxCoeff());
+      }
+    }
+    EXPECT_GT(tightest, 0.3) << "a bound that says little";
+  }
+}
+
 }  // namespace
 }  // namespace takt::motion::test

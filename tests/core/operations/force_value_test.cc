@@ -3,6 +3,7 @@
 
 #include "core/program/language/expression.h"
 #include "tests/core/activity/fixture.h"
+#include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/reports.h"
 
 namespace takt::activity {
@@ -105,6 +106,42 @@ TEST_F(ForceValueTest, AStepTakesAForceAsItsFigure) {
   ASSERT_EQ(run(R"_({"do": "lin", "to": {"by_m": [0, 0, "$0.005[m/N] * force('wrist')"]}})_"), Progress::kDone)
       << diagnostics.to_string();
   EXPECT_NEAR((fake.tool_in_world(fake.q()).translation() - before).z(), 0.05, 1e-6);
+}
+
+/// Two arms that look at each other: what one pushes and the other pushes back counts, what both push does not.
+TEST(InternalForceValue, IsHalfTheDifferenceInTheWorld) {
+  test::TwoArmCell two;
+  Variables variables;
+  const auto value = [&](const std::string& text, Diagnostics& diagnostics) {
+    const Scope scope;
+    const EvalContext sight{.mode = EvalContext::Mode::kRun,
+                            .scope = &scope,
+                            .cell = &two.cell,
+                            .measured = &variables,
+                            .q = nullptr,
+                            .time = two.core.time()};
+    return Expression::parse(text)->evaluate(sight, diagnostics);
+  };
+  const auto push = [&](double left_N, double right_N) {
+    for (const auto& [name, force] : {std::pair("left", left_N), std::pair("right", right_N)}) {
+      const Actuator one(two.program, name);
+      const Eigen::Matrix3d R_WF = (one.frame("world").inverse() * one.flange()).linear();
+      two.wrists[name]->sample.wrench.force = R_WF.transpose() * (force * Eigen::Vector3d::UnitX());
+    }
+    two.core.step();
+  };
+  Diagnostics diagnostics;
+  push(30.0, -10.0);
+  EXPECT_NEAR(value("internal_force('left wrist', 'right wrist')", diagnostics).number(), 20.0, 1e-9);
+  push(30.0, 30.0);
+  EXPECT_NEAR(value("internal_force('right wrist', 'left wrist')", diagnostics).number(), 0.0, 1e-9);
+  EXPECT_EQ(to_string(value("internal_force('left wrist', 'right wrist')", diagnostics).type), "number in N");
+  EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
+  two.wrists["right"]->silent = true;
+  for (int i = 0; i < 10; ++i) two.core.step();
+  EXPECT_TRUE(value("internal_force('left wrist', 'right wrist')", diagnostics).null());
+  (void)value("internal_force('left wrist', 'right wirst')", diagnostics);
+  EXPECT_THAT(diagnostics, Reports(Code::kTypeMismatch, "", {"right wirst", "right wrist"}));
 }
 
 }  // namespace
