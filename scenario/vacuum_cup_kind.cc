@@ -10,7 +10,7 @@
 namespace takt::scenario {
 namespace {
 
-namespace terminal = device::cup_terminal;
+namespace cup_terminal = device::cup_terminal;
 using device::VacuumCupDescription;
 
 std::string at_cup(const std::string& name, const char* terminal) { return name + "/" + terminal; }
@@ -28,9 +28,9 @@ class VacuumCupKind final : public DeviceKind {
   }
 
   void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
-    cell.digital_outputs[at_cup(entry.name, terminal::kSuction)];
-    cell.digital_inputs[at_cup(entry.name, terminal::kHolding)];
-    cell.analog_inputs[at_cup(entry.name, terminal::kVacuum)];
+    cell.digital_outputs[at_cup(entry.name, cup_terminal::kSuction)];
+    cell.digital_inputs[at_cup(entry.name, cup_terminal::kHolding)];
+    cell.analog_inputs[at_cup(entry.name, cup_terminal::kVacuum)];
   }
 
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {
@@ -48,16 +48,16 @@ class VacuumCupKind final : public DeviceKind {
     const auto cup = device.as<VacuumCupDescription>();
     const std::string& name = device.entry->name;
     auto* machine = dynamic_cast<sim::SimVacuumCup*>(built.world->device(name));
-    add_valve(at_cup(name, terminal::kSuction), *machine, built);
+    add_valve(at_cup(name, cup_terminal::kSuction), *machine, built);
     const auto input = [&]<class T>(T, const char* which, const char* unit, sim::SimGauge& gauge) {
       device::SignalInputDescription<T> description{.unit = unit, .sample_age_max = cup->sample_age_max};
       return &built.core->add(std::make_unique<device::SignalInput<T>>(
           at_cup(name, which), std::move(description), built.borrowed<device::SignalInputBackend<T>>(&gauge)));
     };
-    built.cell.digital_inputs[at_cup(name, terminal::kHolding)] =
-        input(bool{}, terminal::kHolding, "", machine->holding);
-    built.cell.analog_inputs[at_cup(name, terminal::kVacuum)] =
-        input(double{}, terminal::kVacuum, "Pa", machine->vacuum);
+    built.cell.digital_inputs[at_cup(name, cup_terminal::kHolding)] =
+        input(bool{}, cup_terminal::kHolding, "", machine->holding);
+    built.cell.analog_inputs[at_cup(name, cup_terminal::kVacuum)] =
+        input(double{}, cup_terminal::kVacuum, "Pa", machine->vacuum);
   }
 
  private:
