@@ -116,6 +116,11 @@ class SmallestDistance final : public Primitive {
     for (const int body : scene.parents_first(state_))
       if (moved[static_cast<std::size_t>(body)]) order_.push_back(body);
     scene.place(state_, poses_);
+    // The foot of an arm stands on the floor: of an arm and the floor, what moves is meant.
+    const auto still = [&moved](const collision::BodyPair& pair) {
+      return !moved[static_cast<std::size_t>(pair.a())] && !moved[static_cast<std::size_t>(pair.b())];
+    };
+    if (!std::ranges::all_of(pairs_, still)) std::erase_if(pairs_, still);
     nearest_.emplace(scene, std::move(pairs_));
     return {};
   }
