@@ -116,11 +116,12 @@ class SmallestDistance final : public Primitive {
     for (const int body : scene.parents_first(state_))
       if (moved[static_cast<std::size_t>(body)]) order_.push_back(body);
     scene.place(state_, poses_);
-    // The foot of an arm stands on the floor: of an arm and the floor, what moves is meant.
-    const auto still = [&moved](const collision::BodyPair& pair) {
-      return !moved[static_cast<std::size_t>(pair.a())] && !moved[static_cast<std::size_t>(pair.b())];
+    // The foot of an arm stands on the floor: of an arm and the floor, the links that move are meant.
+    const auto stands = [&](collision::BodyPair& pair) {
+      if (moved[static_cast<std::size_t>(pair.a())] || moved[static_cast<std::size_t>(pair.b())]) return false;
+      return pair.distance(poses_, kStands) <= kStands;
     };
-    if (!std::ranges::all_of(pairs_, still)) std::erase_if(pairs_, still);
+    if (!std::ranges::all_of(pairs_, stands)) std::erase_if(pairs_, stands);
     nearest_.emplace(scene, std::move(pairs_));
     return {};
   }
@@ -138,6 +139,7 @@ class SmallestDistance final : public Primitive {
   }
 
  private:
+  static constexpr double kStands = 1e-3;  ///< m: nearer than this what never moves stands on the other
   /// On the reference machine, ns: two arms are put into their posture; a pair by its bounds, few need more.
   static constexpr double kCost = 5000.0, kCostOfPair = 100.0;
 

@@ -208,7 +208,7 @@ class GripperAndScrew : public GripperTest {
 
 TEST_F(GripperAndScrew, PadsHoldAnM3Screw) {
   command(0, 0.05, 10);
-  wait(1.5);
+  wait(3.0);
   ASSERT_EQ(sample().state, GripperState::kHolding);
   EXPECT_NEAR(sample().width, 0.003, 2e-4);
   move(2, 0.2, 2.0);

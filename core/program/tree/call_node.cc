@@ -69,6 +69,7 @@ class CallRun final : public NodeRun {
       if (!execution.spend(node_.pointer, diagnostics) || !begin(execution, diagnostics)) return Outcome::kFailed;
     }
     if (!ended_) {
+      const Execution::Inside named(execution, node_.name);
       const Outcome outcome = execution.advance_in(node_.program->name, *run_, diagnostics);
       if (outcome != Outcome::kDone || cancelled_) return outcome;
       ended_ = true;
