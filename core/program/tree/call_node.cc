@@ -1,5 +1,6 @@
 // Programs that are called by name, with parameters and a result.
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -69,7 +70,8 @@ class CallRun final : public NodeRun {
       if (!execution.spend(node_.pointer, diagnostics) || !begin(execution, diagnostics)) return Outcome::kFailed;
     }
     if (!ended_) {
-      const Execution::Inside named(execution, node_.name);
+      std::optional<Execution::Inside> named;  // a call without a name of its own has the program's
+      if (node_.name != node_.program->name) named.emplace(execution, node_.name);
       const Outcome outcome = execution.advance_in(node_.program->name, *run_, diagnostics);
       if (outcome != Outcome::kDone || cancelled_) return outcome;
       ended_ = true;
