@@ -25,7 +25,7 @@ class SimFan final : public sim::SimDevice, public FanBackend {
   void write(double speed) override { wanted_ = speed; }
 
   void start(const mjData_&) override {}
-  void actuate(mjData_&, int) override {}
+  void actuate(mjData_&, const sim::Substep&) override {}
   void measure(const mjData_&, Nanoseconds now) override {
     const double dt = to_seconds(now - now_);
     speed_ += (1.0 - std::exp(-dt / time_constant_)) * (wanted_ - speed_);
