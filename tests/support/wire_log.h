@@ -15,12 +15,19 @@
 #include "core/base/clock.h"
 #include "core/device/backend.h"
 #include "hw/wire/datagram_link.h"
+#include "hw/wire/stream_link.h"
 
-/// A log of a driver: all that came over its wire, all that it sent, and all that the core did with it, in order. A
-/// second driver that gets the same has to do the same, to the bit.
+/// A log of a driver: when it had its turn, all that came over its wire, all that it sent, and all that the core did
+/// with it, in order. A second driver that gets the same has to do the same, to the bit.
 namespace takt::test {
 
 struct WireLog {
+  /// The driver had its turn: what follows on the wire happened in it.
+  enum class Turn : std::uint8_t {
+    kServe,       ///< it takes what has come, and answers
+    kBeginCycle,  ///< of a bus whose clock it is
+    kEnd          ///< it was destroyed
+  };
   struct Received {
     std::vector<std::byte> bytes;
     hw::Endpoint from;
@@ -30,6 +37,23 @@ struct WireLog {
     std::vector<std::byte> bytes;
     hw::Endpoint to;
     bool accepted = true;
+  };
+  // Of streams: numbers count the connections that were begun.
+  struct Connected {
+    hw::Endpoint to;
+  };
+  struct StreamState {
+    std::size_t stream = 0;
+    hw::StreamLink::State state = hw::StreamLink::State::kConnecting;
+  };
+  struct StreamReceived {
+    std::size_t stream = 0;
+    std::vector<std::byte> bytes;  ///< none: the driver looked, and nothing was there
+  };
+  struct StreamSent {
+    std::size_t stream = 0;
+    std::vector<std::byte> bytes;
+    std::size_t accepted = 0;
   };
   /// A call of the core, to be made again; a read() with what came of it.
   struct Call {
@@ -41,12 +65,47 @@ struct WireLog {
   };
   /// What an operator did.
   struct Reset {};
-  using What = std::variant<Received, NothingReceived, Sent, Call, Read, Reset>;
+  using What = std::variant<Turn, Received, NothingReceived, Sent, Connected, StreamState, StreamReceived, StreamSent,
+                            Call, Read, Reset>;
   struct Event {
     Nanoseconds time = 0;  ///< of the clock
     What what;
   };
+
+  void note(const Clock& clock, What what) { events.push_back({clock.now(), std::move(what)}); }
   std::vector<Event> events;
+};
+
+/// Goes through a log while it is played; one for all that plays it. A test fails where the driver does something else.
+class LogReader {
+ public:
+  explicit LogReader(const WireLog& log) : log_(log) {}
+
+  [[nodiscard]] bool at_end() const { return at_ >= log_.events.size(); }
+  [[nodiscard]] const WireLog::Event& here() const { return log_.events[at_]; }
+  [[nodiscard]] std::size_t number() const { return at_; }
+  void pass() { ++at_; }
+  /// The next event, if it is of this type, which is passed then. Null: something else comes.
+  template <class What>
+  const What* accept() {
+    const What* what = at_end() ? nullptr : std::get_if<What>(&here().what);
+    if (what != nullptr) pass();
+    return what;
+  }
+  /// The same where nothing else may come: else the test has failed, and the log is at its end.
+  template <class What>
+  const What* expect() {
+    const What* what = accept<What>();
+    if (what == nullptr) {
+      ADD_FAILURE() << "the log has something else at event " << at_;
+      at_ = log_.events.size();
+    }
+    return what;
+  }
+
+ private:
+  const WireLog& log_;
+  std::size_t at_ = 0;
 };
 
 /// Writes down what goes over a link.
@@ -57,17 +116,17 @@ class RecordingLink final : public hw::DatagramLink {
 
   bool send(std::span<const std::byte> datagram, const hw::Endpoint& to) override {
     const bool accepted = link_->send(datagram, to);
-    note(WireLog::Sent{{datagram.begin(), datagram.end()}, to, accepted});
+    log_.note(clock_, WireLog::Sent{{datagram.begin(), datagram.end()}, to, accepted});
     return accepted;
   }
   std::optional<Received> receive(std::span<std::byte> buffer) override {
     const auto received = link_->receive(buffer);
     if (!received) {
-      note(WireLog::NothingReceived{});
+      log_.note(clock_, WireLog::NothingReceived{});
       return received;
     }
     const auto bytes = buffer.first(std::min(received->size, buffer.size()));
-    note(WireLog::Received{{bytes.begin(), bytes.end()}, received->from});
+    log_.note(clock_, WireLog::Received{{bytes.begin(), bytes.end()}, received->from});
     return received;
   }
   bool wait(Nanoseconds timeout) override { return link_->wait(timeout); }
@@ -75,31 +134,27 @@ class RecordingLink final : public hw::DatagramLink {
   [[nodiscard]] hw::DatagramCounts counts() const override { return link_->counts(); }
 
  private:
-  void note(WireLog::What what) { log_.events.push_back({clock_.now(), std::move(what)}); }
   std::unique_ptr<hw::DatagramLink> link_;
   const Clock& clock_;
   WireLog& log_;
 };
 
-/// Plays a log to whoever receives, and holds what is sent against it. One of a log, until it is at its end.
+/// Plays a log to whoever receives, and holds what is sent against it.
 class ReplayedLink final : public hw::DatagramLink {
  public:
-  /// @param at  the next event of the log; shared with who makes the core's calls
-  ReplayedLink(const WireLog& log, std::size_t& at, const hw::Endpoint& local) : log_(log), at_(at), local_(local) {}
+  ReplayedLink(LogReader& log, const hw::Endpoint& local) : log_(log), local_(local) {}
 
   bool send(std::span<const std::byte> datagram, const hw::Endpoint& to) override {
-    const auto* sent = next<WireLog::Sent>();
+    const std::size_t number = log_.number();
+    const auto* sent = log_.expect<WireLog::Sent>();
     if (sent == nullptr) return false;
-    EXPECT_TRUE(std::ranges::equal(sent->bytes, datagram)) << "event " << at_ - 1 << " of the log";
+    EXPECT_TRUE(std::ranges::equal(sent->bytes, datagram)) << "event " << number << " of the log";
     EXPECT_EQ(sent->to, to);
     return sent->accepted;
   }
   std::optional<Received> receive(std::span<std::byte> buffer) override {
-    if (at_ < log_.events.size() && std::holds_alternative<WireLog::NothingReceived>(log_.events[at_].what)) {
-      ++at_;
-      return std::nullopt;
-    }
-    const auto* received = next<WireLog::Received>();
+    if (log_.accept<WireLog::NothingReceived>() != nullptr) return std::nullopt;
+    const auto* received = log_.expect<WireLog::Received>();
     if (received == nullptr) return std::nullopt;
     std::ranges::copy(received->bytes, buffer.begin());
     return Received{received->bytes.size(), received->from};
@@ -109,31 +164,22 @@ class ReplayedLink final : public hw::DatagramLink {
   [[nodiscard]] hw::DatagramCounts counts() const override { return {}; }
 
  private:
-  template <class Event>
-  const Event* next() {
-    const Event* event = at_ < log_.events.size() ? std::get_if<Event>(&log_.events[at_].what) : nullptr;
-    if (event == nullptr) {
-      ADD_FAILURE() << "the log has something else at event " << at_;
-      at_ = log_.events.size();
-      return nullptr;
-    }
-    ++at_;
-    return event;
-  }
-  const WireLog& log_;
-  std::size_t& at_;
+  LogReader& log_;
   hw::Endpoint local_;
 };
 
 /// Stands between the core and a driver, and writes down what the core does.
 class RecordedCalls final : public device::ArmBackend {
  public:
-  RecordedCalls(std::shared_ptr<device::ArmBackend> driver, const Clock& clock, WireLog& log)
-      : driver_(std::move(driver)), clock_(clock), log_(log) {}
+  /// @param pass_cycle  what read() begins with: it makes time go on
+  RecordedCalls(std::shared_ptr<device::ArmBackend> driver, std::function<void()> pass_cycle, const Clock& clock,
+                WireLog& log)
+      : driver_(std::move(driver)), pass_cycle_(std::move(pass_cycle)), clock_(clock), log_(log) {}
 
   bool read(device::ArmSample& sample) override {
+    pass_cycle_();
     const bool any = driver_->read(sample);
-    log_.events.push_back({clock_.now(), WireLog::Read{any, sample}});
+    log_.note(clock_, WireLog::Read{any, sample});
     return any;
   }
   void set_held(bool held) override {
@@ -148,7 +194,9 @@ class RecordedCalls final : public device::ArmBackend {
   void change_mode(device::ControlMode mode) override {
     call([mode](device::ArmBackend& arm) { arm.change_mode(mode); });
   }
-  void set_payload(const device::PayloadSetting& payload) override { driver_->set_payload(payload); }
+  void set_payload(const device::PayloadSetting& payload) override {
+    call([payload](device::ArmBackend& arm) { arm.set_payload(payload); });
+  }
   void set_tool(const device::ToolSetting& tool) override {
     call([tool](device::ArmBackend& arm) { arm.set_tool(tool); });
   }
@@ -160,10 +208,11 @@ class RecordedCalls final : public device::ArmBackend {
 
  private:
   void call(std::function<void(device::ArmBackend&)> make) {
-    log_.events.push_back({clock_.now(), WireLog::Call{make}});
+    log_.note(clock_, WireLog::Call{make});
     make(*driver_);
   }
   std::shared_ptr<device::ArmBackend> driver_;
+  std::function<void()> pass_cycle_;
   const Clock& clock_;
   WireLog& log_;
 };
@@ -176,37 +225,35 @@ inline bool same(const device::ArmSample& a, const device::ArmSample& b) {
 
 /// Plays a log to a second driver.
 struct LogPlayer {
-  const WireLog& log;
-  VirtualClock& clock;
-  std::size_t& at;              ///< as of its ReplayedLink
-  device::ArmBackend& driver;   ///< whose read() makes no time go on
-  std::function<void()> serve;  ///< lets the driver receive until nothing is there
-  std::function<void()> reset;
-  int reads = 0, serves = 0;  ///< for who wants to know that there was something to compare
+  LogReader& log;              ///< as of its links
+  VirtualClock& clock;         ///< the driver's
+  device::ArmBackend& driver;  ///< whose read() makes no time go on
+  std::function<void(WireLog::Turn)> turn;
+  std::function<void()> reset = [] {};
+  int reads = 0, turns = 0;  ///< for who wants to know that there was something to compare
 
   void play() {
-    while (at < log.events.size() && !testing::Test::HasFailure()) {
-      const WireLog::Event& event = log.events[at];
-      clock.set(event.time);
-      if (const auto* call = std::get_if<WireLog::Call>(&event.what)) {
-        ++at;
+    while (!log.at_end() && !testing::Test::HasFailure()) {
+      clock.set(log.here().time);
+      if (const auto* one = log.accept<WireLog::Turn>()) {
+        ++turns;
+        turn(*one);
+      } else if (const auto* call = log.accept<WireLog::Call>()) {
         call->make(driver);
-      } else if (const auto* read = std::get_if<WireLog::Read>(&event.what)) {
-        ++at;
-        ++reads;
-        device::ArmSample sample;
-        EXPECT_EQ(driver.read(sample), read->any) << "event " << at;
-        EXPECT_TRUE(!read->any || same(sample, read->sample)) << "event " << at;
-      } else if (std::holds_alternative<WireLog::Reset>(event.what)) {
-        ++at;
+      } else if (log.accept<WireLog::Reset>() != nullptr) {
         reset();
-      } else if (std::holds_alternative<WireLog::Sent>(event.what)) {
-        ADD_FAILURE() << "the driver sent nothing at event " << at;
-      } else {
-        ++serves;
-        serve();
+      } else if (const auto* read = log.expect<WireLog::Read>()) {
+        compare(*read);
       }
     }
+  }
+
+ private:
+  void compare(const WireLog::Read& read) {
+    ++reads;
+    device::ArmSample sample;
+    EXPECT_EQ(driver.read(sample), read.any) << "event " << log.number() - 1;
+    EXPECT_TRUE(!read.any || same(sample, read.sample)) << "event " << log.number() - 1;
   }
 };
 

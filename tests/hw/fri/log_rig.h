@@ -43,6 +43,7 @@ class LoggedTwin final : private LoggedParts, public hw::fri::Backend {
       clock.set(next);
       if (next == now && !std::exchange(looked, true)) emulator_.look();
       emulator_.receive(next);
+      log.note(clock, WireLog::Turn::kServe);
       client_.serve();
       if (emulator_.next_cycle() <= next) emulator_.begin_cycle();
     }
@@ -65,30 +66,6 @@ class ReplayedDriver final : public hw::fri::Backend {
   void serve() { client_.serve(); }
 };
 
-/// An arm whose core makes time go on by read(), as of a twin.
-class LoggedArm final : public device::ArmBackend {
- public:
-  LoggedArm(std::shared_ptr<LoggedTwin> twin)
-      : twin_(std::move(twin)), calls_(twin_, twin_->time(), twin_->wire_log()) {}
-  bool read(device::ArmSample& sample) override {
-    twin_->pass_cycle();
-    return calls_.read(sample);
-  }
-  void set_held(bool held) override { calls_.set_held(held); }
-  void write(const device::ArmSetPoint& set_point) override { calls_.write(set_point); }
-  void write_compliance(const device::Compliance& compliance) override { calls_.write_compliance(compliance); }
-  void change_mode(device::ControlMode mode) override { calls_.change_mode(mode); }
-  void set_payload(const device::PayloadSetting& payload) override { calls_.set_payload(payload); }
-  void set_tool(const device::ToolSetting& tool) override { calls_.set_tool(tool); }
-  void brake() override { calls_.brake(); }
-  [[nodiscard]] std::string fault_text(std::uint32_t fault) const override { return calls_.fault_text(fault); }
-  [[nodiscard]] device::BackendTiming timing() const override { return calls_.timing(); }
-
- private:
-  std::shared_ptr<LoggedTwin> twin_;
-  RecordedCalls calls_;
-};
-
 /// An arm of the conformance suite whose log is played to a second driver at the end of each test.
 struct FriLogRig final : ArmRig {
   explicit FriLogRig(const hw::VirtualFaults& faults) : faults_(faults) {
@@ -100,8 +77,8 @@ struct FriLogRig final : ArmRig {
     tap = std::make_shared<ArmTap>(arm);
     twin = std::make_shared<LoggedTwin>(request(), client_, hw::fri::ControllerOptions{}, faults_, tap);
     twin->wire_log().events.reserve(1U << 20);  // a cycle must not allocate
-    backend = std::make_shared<LoggedArm>(twin);
     pass_cycle = [this] { twin->pass_cycle(); };
+    backend = std::make_shared<RecordedCalls>(twin, pass_cycle, twin->time(), twin->wire_log());
     told_resolution = tracking = 3e-7;
     smoothness = faults.wire.loss > 0.0 ? 2.0 : 1.08;
     speed_noise = 1e-3;
@@ -111,7 +88,7 @@ struct FriLogRig final : ArmRig {
   FriLogRig& operator=(const FriLogRig&) = delete;
   void release() override {
     arm->state().ready = true;
-    twin->wire_log().events.push_back({twin->time().now(), WireLog::Reset{}});
+    twin->wire_log().note(twin->time(), WireLog::Reset{});
     twin->reset();
   }
 
@@ -123,21 +100,19 @@ struct FriLogRig final : ArmRig {
     return {.device = "arm", .description = description, .seed = 11};
   }
   void play_again() const {
-    const WireLog& log = twin->wire_log();
+    LogReader log(twin->wire_log());
     VirtualClock clock;
-    std::size_t at = 0;
     ReplayedDriver again(request(), client_,
-                         std::make_unique<ReplayedLink>(log, at, hw::Endpoint{hw::kLoopback, hw::fri::kPort}), clock);
+                         std::make_unique<ReplayedLink>(log, hw::Endpoint{hw::kLoopback, hw::fri::kPort}), clock);
     LogPlayer player{.log = log,
                      .clock = clock,
-                     .at = at,
                      .driver = again,
-                     .serve = [&] { again.serve(); },
+                     .turn = [&](WireLog::Turn) { again.serve(); },
                      .reset = [&] { again.reset(); }};
     player.play();
-    EXPECT_EQ(at, log.events.size());
+    EXPECT_TRUE(log.at_end());
     EXPECT_GT(player.reads, 50);
-    EXPECT_GT(player.serves, 50);
+    EXPECT_GT(player.turns, 50);
   }
 
   hw::VirtualFaults faults_;

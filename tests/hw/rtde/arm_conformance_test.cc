@@ -6,6 +6,7 @@
 #include "hw/rtde/kind/lock_step_robot.h"
 #include "hw/wire/posix_network.h"
 #include "tests/hw/rtde/controller_bench.h"
+#include "tests/hw/rtde/log_rig.h"
 
 namespace takt::test {
 namespace {
@@ -49,6 +50,17 @@ const rtde::DriverOptions kCb3, kE{.e_series = true};
 const rtde::DriverOptions kLoopback{.host = 0x7f00'0001u | ((std::random_device{}() & 0xffffU) << 8)};
 const hw::VirtualFaults kWire{.wire = {.transport = 100'000, .jitter = 300'000}};
 const hw::VirtualFaults kPieces{.wire = {.transport = 100'000, .jitter = 300'000}, .stream_piece = 7};
+
+/// What was written down of a test is played to a second driver, which has to do the same to the bit.
+ArmUnderTest on_a_log(const std::string& name, const rtde::DriverOptions& options,
+                      const rtde::ControllerOptions& controller, const hw::VirtualFaults& faults) {
+  return {name, [=] { return std::make_unique<RtdeLogRig>(options, controller, faults); }};
+}
+
+INSTANTIATE_TEST_SUITE_P(RtdeLog, ArmConformance,
+                         testing::Values(on_a_log("Recorded", kCb3, {}, kWire),
+                                         on_a_log("RecordedInPieces", kE, e_series(), kPieces)),
+                         name_of_case);
 
 INSTANTIATE_TEST_SUITE_P(Rtde, ArmConformance,
                          testing::Values(over("Cb3", kCb3, {}, kWire, {5 * kSecond + 123, 100e-6}),
