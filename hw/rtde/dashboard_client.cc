@@ -14,7 +14,9 @@ void DashboardClient::receive(std::string_view bytes) {
     if (!greeted_) {
       greeted_ = true;
     } else if (!asked_.empty()) {
-      answers_.push_back({std::exchange(asked_, {}), std::move(line)});
+      Answer& answer = answers_.emplace_back();
+      answer.command.swap(asked_);
+      answer.text = std::move(line);
     }
   }
 }

@@ -1,7 +1,7 @@
 #include "hw/rtde/field.h"
 
 #include <algorithm>
-#include <cassert>
+#include <concepts>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -10,7 +10,28 @@ namespace takt::rtde {
 
 namespace {
 
-enum class Element : std::uint8_t { kByte, kUnsigned, kLongUnsigned, kInteger, kReal };
+/// A number of one of the types that fields consist of.
+struct Element {
+  std::size_t size;  // bytes
+  void (*append)(std::string& bytes, double value);
+  double (*take)(ByteReader& reader);
+};
+
+/// What T cannot hold is the nearest that it can.
+template <class T>
+void append_as(std::string& bytes, double value) {
+  if constexpr (std::integral<T>) {
+    takt::rtde::append(bytes, saturated<T>(value));
+  } else {
+    takt::rtde::append(bytes, T{value});
+  }
+}
+template <class T>
+double take_as(ByteReader& reader) {
+  return static_cast<double>(reader.take<T>());
+}
+template <class T>
+constexpr Element kElement{sizeof(T), &append_as<T>, &take_as<T>};
 
 struct TypeRow {
   std::string_view name;
@@ -18,63 +39,18 @@ struct TypeRow {
   std::size_t count;
 };
 
-constexpr std::array<TypeRow, 10> kTypes = {{{"BOOL", Element::kByte, 1},
-                                             {"UINT8", Element::kByte, 1},
-                                             {"UINT32", Element::kUnsigned, 1},
-                                             {"UINT64", Element::kLongUnsigned, 1},
-                                             {"INT32", Element::kInteger, 1},
-                                             {"DOUBLE", Element::kReal, 1},
-                                             {"VECTOR3D", Element::kReal, 3},
-                                             {"VECTOR6D", Element::kReal, 6},
-                                             {"VECTOR6INT32", Element::kInteger, 6},
-                                             {"VECTOR6UINT32", Element::kUnsigned, 6}}};
+constexpr std::array<TypeRow, 10> kTypes = {{{"BOOL", kElement<std::uint8_t>, 1},
+                                             {"UINT8", kElement<std::uint8_t>, 1},
+                                             {"UINT32", kElement<std::uint32_t>, 1},
+                                             {"UINT64", kElement<std::uint64_t>, 1},
+                                             {"INT32", kElement<std::int32_t>, 1},
+                                             {"DOUBLE", kElement<double>, 1},
+                                             {"VECTOR3D", kElement<double>, 3},
+                                             {"VECTOR6D", kElement<double>, 6},
+                                             {"VECTOR6INT32", kElement<std::int32_t>, 6},
+                                             {"VECTOR6UINT32", kElement<std::uint32_t>, 6}}};
 
 const TypeRow& row_of(FieldType type) { return kTypes[static_cast<std::size_t>(type)]; }
-
-std::size_t size_of(Element element) {
-  switch (element) {
-    case Element::kByte:
-      return 1;
-    case Element::kUnsigned:
-    case Element::kInteger:
-      return 4;
-    case Element::kLongUnsigned:
-    case Element::kReal:
-      break;
-  }
-  return 8;
-}
-
-void append_element(std::string& bytes, Element element, double value) {
-  switch (element) {
-    case Element::kByte:
-      return append(bytes, saturated<std::uint8_t>(value));
-    case Element::kUnsigned:
-      return append(bytes, saturated<std::uint32_t>(value));
-    case Element::kLongUnsigned:
-      return append(bytes, saturated<std::uint64_t>(value));
-    case Element::kInteger:
-      return append(bytes, saturated<std::int32_t>(value));
-    case Element::kReal:
-      return append(bytes, value);
-  }
-}
-
-double take_element(ByteReader& reader, Element element) {
-  switch (element) {
-    case Element::kByte:
-      return reader.take<std::uint8_t>();
-    case Element::kUnsigned:
-      return reader.take<std::uint32_t>();
-    case Element::kLongUnsigned:
-      return static_cast<double>(reader.take<std::uint64_t>());
-    case Element::kInteger:
-      return reader.take<std::int32_t>();
-    case Element::kReal:
-      break;
-  }
-  return reader.take<double>();
-}
 
 }  // namespace
 
@@ -91,17 +67,17 @@ std::optional<FieldType> field_type_of(std::string_view name) {
 }
 
 std::size_t element_count(FieldType type) { return row_of(type).count; }
-std::size_t wire_size(FieldType type) { return row_of(type).count * size_of(row_of(type).element); }
+std::size_t wire_size(FieldType type) { return row_of(type).count * row_of(type).element.size; }
 
 void append_value(std::string& bytes, FieldType type, const FieldValue& value) {
   const TypeRow& row = row_of(type);
-  for (std::size_t i = 0; i < row.count; ++i) append_element(bytes, row.element, value[i]);
+  for (std::size_t i = 0; i < row.count; ++i) row.element.append(bytes, value[i]);
 }
 
 FieldValue take_value(ByteReader& reader, FieldType type) {
   const TypeRow& row = row_of(type);
   FieldValue value{};
-  for (std::size_t i = 0; i < row.count; ++i) value[i] = take_element(reader, row.element);
+  for (std::size_t i = 0; i < row.count; ++i) value[i] = row.element.take(reader);
   return value;
 }
 
@@ -118,9 +94,7 @@ std::optional<FieldTable::Id> FieldTable::find(std::string_view name) const {
 }
 
 FieldTable::Id FieldTable::at(std::string_view name) const {
-  const auto id = find(name);
-  assert(id && "a name of the table");
-  return *id;
+  return find(name).value();  // any other name is a mistake of ours
 }
 
 std::vector<std::string> FieldTable::names() const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -97,7 +98,7 @@ class Lexer {
     for (const std::string_view sign : kLongSigns)
       if (script_.substr(at_, 2) == sign) return take_sign(2);
     if (kSigns.find(here()) != std::string_view::npos) return take_sign(1);
-    return fail(fmt::format("unexpected character '{}'", here() >= ' ' ? std::string(1, here()) : "?"));
+    return fail(fmt::format("unexpected character '{}'", here() >= ' ' ? here() : '?'));
   }
   bool take_sign(std::size_t length) {
     add(Token::Kind::kSign, at_, at_ + length);
@@ -109,13 +110,12 @@ class Lexer {
     return false;
   }
   void add(Token::Kind kind, std::size_t from, std::size_t to) {
-    tokens_.push_back({.kind = kind,
-                       .text = std::string(script_.substr(from, to - from)),
-                       .value = {},
-                       .line = line_,
-                       .column = static_cast<int>(from - line_begin_) + 1,
-                       .begins_line = begins_line_});
-    begins_line_ = false;
+    Token& token = tokens_.emplace_back();
+    token.kind = kind;
+    token.text = script_.substr(from, to - from);
+    token.line = line_;
+    token.column = static_cast<int>(from - line_begin_) + 1;
+    token.begins_line = std::exchange(begins_line_, false);
   }
 
   std::string_view script_;

@@ -67,7 +67,8 @@ class Parser {
 
   [[nodiscard]] const Token& here() const { return tokens_[at_]; }
   [[nodiscard]] bool at_end() const { return here().kind == Token::Kind::kEnd; }
-  const Token& take() { return tokens_[at_ < tokens_.size() - 1 ? at_++ : at_]; }
+  /// Not the end of the script: nothing accepts it.
+  const Token& take() { return tokens_[at_++]; }
   bool accept(std::string_view word) {
     if (!here().is(word)) return false;
     (void)take();
@@ -77,7 +78,8 @@ class Parser {
     if (!accept(word)) refuse(fmt::format("expected '{}'{}", word, found()));
   }
   [[nodiscard]] std::string found() const {
-    return at_end() ? ", the script ends" : fmt::format(", found '{}'", here().text.substr(0, 40));
+    if (at_end()) return ", the script ends";
+    return fmt::format(", found '{}'", here().text.substr(0, 40));
   }
   [[noreturn]] void refuse(std::string text) const { throw Refused{{here().line, here().column, std::move(text)}}; }
   std::string take_name() {

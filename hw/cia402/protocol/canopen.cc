@@ -1,5 +1,7 @@
 #include "hw/cia402/protocol/canopen.h"
 
+#include <array>
+
 #include <fmt/format.h>
 
 namespace takt::hw::cia402 {
@@ -11,21 +13,13 @@ using Kind = SdoMessage::Kind;
 constexpr std::uint8_t kWriteRequest = 0x20, kReadRequest = 0x40, kReadReply = 0x40, kWriteReply = 0x60, kAbort = 0x80;
 constexpr std::uint8_t kSpecifier = 0xE0, kExpedited = 0x02, kSized = 0x01;
 
-std::uint8_t command_of(const SdoMessage& message) {
-  const auto sized = static_cast<std::uint8_t>(kExpedited | kSized | (4 - message.size) << 2);
-  switch (message.kind) {
-    case Kind::kRead:
-      return kReadRequest;
-    case Kind::kReadAnswer:
-      return static_cast<std::uint8_t>(kReadReply | sized);
-    case Kind::kWrite:
-      return static_cast<std::uint8_t>(kWriteRequest | sized);
-    case Kind::kWriteAnswer:
-      return kWriteReply;
-    case Kind::kAbort:
-      break;
-  }
-  return kAbort;
+/// In the order of their kinds.
+constexpr std::array<std::uint8_t, 5> kSpecifiers{kReadRequest, kReadReply, kWriteRequest, kWriteReply, kAbort};
+
+std::uint32_t command_of(const SdoMessage& message) {
+  const std::uint32_t specifier = kSpecifiers[static_cast<std::size_t>(message.kind)];
+  const bool has_data = message.kind == Kind::kReadAnswer || message.kind == Kind::kWrite;
+  return has_data ? specifier | kExpedited | kSized | (4u - message.size) << 2 : specifier;
 }
 
 std::uint8_t command_in(const CanFrame& frame) { return static_cast<std::uint8_t>(get(frame.data, 0, 1)); }

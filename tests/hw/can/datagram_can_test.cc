@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -55,6 +56,34 @@ TEST(DatagramCanCode, AnIdentifierThatNoFrameHasIsRefusedWithARightChecksumToo) 
   EXPECT_FALSE(decode_can(encode(frame(0x800, {}))));
 }
 
+/// The datagram with the right checksum for what it says now: CRC-32 by its definition, bits as a polynomial.
+CanDatagram sealed(CanDatagram datagram) {
+  std::uint32_t rest = 0xFFFF'FFFF;
+  for (std::size_t bit = 0; bit < 16 * 8; ++bit) {
+    const bool in = (std::to_integer<unsigned>(datagram[bit / 8]) >> bit % 8 & 1u) != 0;
+    const bool out = (rest & 1u) != 0;
+    rest >>= 1;
+    if (in != out) rest ^= 0xEDB8'8320;
+  }
+  for (std::size_t i = 0; i < 4; ++i) datagram[16 + i] = static_cast<std::byte>(~rest >> (8 * i));
+  return datagram;
+}
+
+TEST(DatagramCanCode, WhatNoFrameHasIsRefusedWithARightChecksumToo) {
+  const CanDatagram good = encode(frame(0x201, {15, 0, 1}));
+  ASSERT_EQ(sealed(good), good);
+  const auto with = [&](std::size_t at, int byte) {
+    CanDatagram bad = good;
+    bad[at] = static_cast<std::byte>(byte);
+    return decode_can(sealed(bad));
+  };
+  EXPECT_TRUE(with(8, 99)) << "other data are another frame";
+  EXPECT_FALSE(with(4, 9)) << "more than eight bytes";
+  EXPECT_FALSE(with(4, 255));
+  EXPECT_FALSE(with(4, 2)) << "data beyond its size";
+  for (const std::size_t filler : {5, 6, 7, 11, 15}) EXPECT_FALSE(with(filler, 1)) << filler;
+}
+
 class DatagramCanLink : public testing::Test {
  protected:
   std::unique_ptr<DatagramLink> open(const Endpoint& local) { return std::move(*network.open_datagrams(local)); }
@@ -94,6 +123,38 @@ TEST_F(DatagramCanLink, StrangersAndRubbishAreCountedAndChangeNothing) {
   pass(2 * kSecond);
   ASSERT_TRUE(stranger.send(frame(5, {})));
   EXPECT_EQ(drives.receive(), frame(5, {}));
+}
+
+/// A link that gives what it is told to, as a system does.
+struct OddLink final : DatagramLink {
+  bool send(std::span<const std::byte>, const Endpoint&) override { return false; }
+  std::optional<Received> receive(std::span<std::byte>) override { return std::exchange(next, {}); }
+  bool wait(Nanoseconds) override { return true; }
+  [[nodiscard]] Endpoint local() const override { return {}; }
+  [[nodiscard]] DatagramCounts counts() const override { return {}; }
+  std::optional<Received> next;
+};
+
+TEST_F(DatagramCanLink, WhatTheSystemDoesNotSendOrCutsOffIsCounted) {
+  auto link = std::make_unique<OddLink>();
+  link->next = DatagramLink::Received{.size = DatagramLink::kLargest + 1, .from = there};
+  DatagramCan odd(std::move(link), there, clock);
+  EXPECT_FALSE(odd.send(frame(1, {})));
+  EXPECT_EQ(odd.counts().unsent, 1u);
+  EXPECT_FALSE(odd.receive()) << "larger than any datagram of ours";
+  EXPECT_EQ(odd.counts().misread, 1u);
+}
+
+TEST_F(DatagramCanLink, TheOpenEndKeepsItsPeerWhileItIsHeard) {
+  DatagramCan stranger(open({kLoopback, 600}), there, clock);
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(master.send(frame(2, {})));
+    EXPECT_EQ(drives.receive(), frame(2, {}));
+    pass(900 * kMillisecond);
+    ASSERT_TRUE(stranger.send(frame(5, {})));
+    EXPECT_FALSE(drives.receive()) << i;
+  }
+  EXPECT_EQ(drives.counts().strangers, 3u);
 }
 
 TEST(SocketCan, AnInterfaceThatIsNotThereIsRefusedByItsName) {

@@ -39,6 +39,11 @@ TEST(Cia402State, EveryStateComesBackFromItsWordWhateverTheOtherBits) {
   }
 }
 
+TEST(Cia402State, AWordThatNoStateHasIsNotReady) {
+  for (const std::uint16_t word : {0x0001, 0x0022, 0x0060 | 0x0001, 0x004F, 0x0009})
+    EXPECT_EQ(state_of(word), State::kNotReadyToSwitchOn) << word;
+}
+
 TEST(Cia402State, TransitionsOfTheStandard) {
   EXPECT_EQ(next_state(State::kSwitchOnDisabled, 0x06, 0), State::kReadyToSwitchOn);
   EXPECT_EQ(next_state(State::kReadyToSwitchOn, 0x07, 6), State::kSwitchedOn);
@@ -114,6 +119,29 @@ TEST(Canopen, TransfersByteForByte) {
   EXPECT_EQ(read->value, 0x1637u) << "bytes beyond the size do not count";
 }
 
+TEST(Canopen, AnswersByteForByte) {
+  const auto sent = [](Kind kind, ObjectId id, std::uint8_t size, std::uint32_t value) {
+    return bytes_of(sdo_frame(kSdoAnswerId | 5, {kind, id, size, value}));
+  };
+  EXPECT_EQ(sent(Kind::kReadAnswer, kStatusWord, 2, 0x1637), (Bytes{0x4B, 0x41, 0x60, 0, 0x37, 0x16, 0, 0}));
+  EXPECT_EQ(sent(Kind::kWriteAnswer, kMode, 1, 8), (Bytes{0x60, 0x60, 0x60, 0, 0, 0, 0, 0})) << "without the value";
+  EXPECT_EQ(sent(Kind::kAbort, {0x1000, 2}, 1, 0x06020000), (Bytes{0x80, 0, 0x10, 2, 0, 0, 2, 6}))
+      << "a code has four bytes, whatever the size";
+  for (const Kind kind : {Kind::kReadAnswer, Kind::kWriteAnswer, Kind::kAbort}) {
+    const auto back = sdo_answer(sdo_frame(kSdoAnswerId | 5, {kind, kMode, 1, 8}));
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->kind, kind);
+    EXPECT_EQ(back->id, kMode);
+  }
+}
+
+TEST(Canopen, ASizeThatIsNotSaidIsFour) {
+  const auto read = sdo_answer(raw(0x585, {0x42, 0x64, 0x60, 0, 1, 2, 3, 4}));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->size, 4);
+  EXPECT_EQ(read->value, 0x04030201u);
+}
+
 TEST(Canopen, WhatIsNoExpeditedTransferIsNone) {
   EXPECT_FALSE(sdo_answer(raw(0x585, {0x41, 8, 0x10, 0, 20, 0, 0, 0}))) << "segmented";
   EXPECT_FALSE(sdo_request(raw(0x605, {0x40, 0x41, 0x60})));
@@ -144,6 +172,7 @@ TEST(Canopen, ManagementHeartbeatsAndEmergencies) {
   EXPECT_EQ(bytes_of(nmt_frame(NmtCommand::kStart, 5)), (Bytes{1, 5}));
   EXPECT_EQ(bytes_of(nmt_frame(NmtCommand::kEnterPreOperational, 0)), (Bytes{0x80, 0}));
   EXPECT_EQ(nmt_command(raw(0, {1, 0}), 9), NmtCommand::kStart) << "all nodes";
+  EXPECT_EQ(nmt_command(raw(0, {2, 9}), 9), NmtCommand::kStop);
   EXPECT_FALSE(nmt_command(raw(0, {1, 8}), 9)) << "another one";
   EXPECT_EQ(heartbeat_frame(5, NmtState::kOperational), raw(0x705, {5}));
   EXPECT_EQ(heartbeat_state(raw(0x701, {127})), NmtState::kPreOperational);

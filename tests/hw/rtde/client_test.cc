@@ -162,6 +162,22 @@ TEST(DashboardClient, OneQuestionAtATime) {
   EXPECT_EQ(answer->text, "Robotmode: RUNNING");
   EXPECT_FALSE(client.next_answer());
   EXPECT_EQ(client.take_out(), "version\n");
+  client.receive("URSoftware 3.15.8\n");
+  EXPECT_EQ(client.take_out(), "") << "nothing more was asked";
+}
+
+TEST(DashboardClient, ALineThatIsTooLongIsCutOff) {
+  DashboardClient client;
+  client.receive("Connected: x\n");
+  client.ask("version");
+  ASSERT_EQ(client.take_out(), "version\n");
+  for (int i = 0; i < 100; ++i) client.receive(std::string(1000, 'v'));
+  client.receive("\nnext\n");
+  const auto answer = client.next_answer();
+  ASSERT_TRUE(answer);
+  EXPECT_LT(answer->text.size(), 10'000u);
+  EXPECT_EQ(answer->text.find_first_not_of('v'), std::string::npos);
+  EXPECT_FALSE(client.next_answer());
 }
 
 }  // namespace

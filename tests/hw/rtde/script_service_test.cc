@@ -108,6 +108,20 @@ TEST_F(ScriptPorts, WhatNeverEndsIsDropped) {
   EXPECT_FALSE(intake.next() && intake.next()->is_program);
 }
 
+TEST(ScriptIntake, ASecondaryProgramIsWholeAsWell) {
+  ScriptIntake intake;
+  intake.feed("sec later():\n  set_digital_out(1, True)\n");
+  EXPECT_FALSE(intake.next()) << "its end is missing";
+  intake.feed("end\nsecond()\n");
+  const auto program = intake.next();
+  ASSERT_TRUE(program);
+  EXPECT_TRUE(program->is_program);
+  EXPECT_EQ(program->text, "sec later():\n  set_digital_out(1, True)\nend\n");
+  const auto line = intake.next();
+  ASSERT_TRUE(line);
+  EXPECT_FALSE(line->is_program) << "its name only begins like that of one";
+}
+
 TEST_F(ScriptPorts, EventsGoToThePrimaryClients) {
   const auto session = open(primary);
   (void)drain(*session);

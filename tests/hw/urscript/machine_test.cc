@@ -1,6 +1,7 @@
 // The language of programs for UR controllers: what is accepted, what it does, and what stops it.
 #include "hw/urscript/machine.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace takt::urscript {
@@ -69,6 +70,27 @@ TEST(Urscript, WordsNumbersAndTexts) {
   EXPECT_EQ(bench.run("note(1);;note(2);"), "1 2");
 }
 
+TEST(Urscript, APoseIsToldFromAnElementOfAVariable) {
+  Bench bench;
+  EXPECT_EQ(bench.run("note(p[pair(1, 2)[0], (2), [3, 9][0], 4, 5, 6])"), bench.run("note(p[1, 2, 3, 4, 5, 6])"));
+  EXPECT_EQ(bench.run("p = [[1, 2], [3, 4]]\nnote(p[1, pair(0, 1)[0]])"), "3");
+  EXPECT_EQ(bench.run("p = 3\nnote(p)"), "3");
+}
+
+TEST(Urscript, AReturnWithoutAValueMayEndItsLine) {
+  Bench bench;
+  EXPECT_EQ(bench.run("note(1)\nreturn"), "1");
+  EXPECT_EQ(bench.run("def m():\n def f():\n  return; note(1)\n end\n f()\n note(2)\nend"), "2");
+  EXPECT_EQ(bench.run("def m():\n def f(): return end\n f()\n note(2)\nend"), "2");
+}
+
+TEST(Urscript, ALineOfItsOwnGoesOnWithinBracketsOnly) {
+  Bench bench;
+  EXPECT_EQ(bench.run("note(1\n + 2)"), "3");
+  EXPECT_EQ(bench.run("x = [7, 8]\ny = x\n[1]\nnote(y)"), "[7, 8]");
+  EXPECT_EQ(bench.run("x = [7, 8]\nnote(x\n[1])"), "8");
+}
+
 TEST(Urscript, DefaultsAreConstants) {
   Bench bench;
   EXPECT_EQ(bench.run("def m():\ndef f(a=-1):\nreturn a\nend\nnote(f())\nend"), "-1");
@@ -76,16 +98,52 @@ TEST(Urscript, DefaultsAreConstants) {
   EXPECT_EQ(bench.run("def m():\ndef f(a=p[1, 2, 3, 0, 0, 0]):\nreturn a\nend\nnote(f())\nend"),
             bench.run("note(p[1, 2, 3, 0, 0, 0])"));
   EXPECT_TRUE(bench.run("def m():\ndef f(a=1 + g()):\nreturn a\nend\nnote(f())\nend").starts_with("refused"));
+  EXPECT_TRUE(bench.run("def m():\ndef f(a=-\"x\"):\nreturn a\nend\nnote(f())\nend").starts_with("refused"))
+      << "nothing that has a sign";
 }
 
 TEST(Urscript, WhatIsNoScriptIsRefused) {
   Bench bench;
-  for (const char* wrong :
-       {"note(1",    "note(1]",    "note 1)",        "x = ",     "x = * 1",      "x[",       "x[]= 1",  "x[1 = 2",
-        "def (",     "def end():", "def f(1):\nend", "def f():", "if True\nend", "if True:", "while:",  "thread t()",
-        "run 1",     "join",       "return return",  "global 1", "local = 1",    "1 = 2",    "f() = 2", "\x01",
-        "@",         "\"no end",   "'no end",        "end",      "else:",        "not",      "sec s(:", "x = p[1, 2",
-        "x = [1, 2", "x.y = 1"}) {
+  for (const char* wrong : {"note(1",
+                            "note(1]",
+                            "note 1)",
+                            "x = ",
+                            "x = * 1",
+                            "x[",
+                            "x[]= 1",
+                            "x[1 = 2",
+                            "def (",
+                            "def end():",
+                            "def f(1):\nend",
+                            "def f():",
+                            "if True\nend",
+                            "if True:",
+                            "while:",
+                            "thread t()",
+                            "run 1",
+                            "join",
+                            "return return",
+                            "global 1",
+                            "local = 1",
+                            "1 = 2",
+                            "f() = 2",
+                            "\x01",
+                            "@",
+                            "\"no end",
+                            "'no end",
+                            "end",
+                            "else:",
+                            "not",
+                            "sec s(:",
+                            "x = p[1, 2",
+                            "x = [1, 2",
+                            "x.y = 1",
+                            "{",
+                            "~",
+                            "note(1) $ 2",
+                            "\xe9",
+                            "[1, 2][0] = 3",
+                            "pair(1)[0] = 3"}) {
     EXPECT_TRUE(bench.run(wrong).starts_with("refused")) << wrong;
     EXPECT_FALSE(bench.error.text.empty()) << wrong;
   }
@@ -120,6 +178,22 @@ end
     const bool refused = bench.run(whole.substr(0, size), 3).starts_with("refused");
     EXPECT_EQ(refused, !bench.error.text.empty()) << whole.substr(0, size);
   }
+}
+
+TEST(Urscript, ASecondaryProgramMayBeDefinedWithinAnother) {
+  Bench bench;
+  EXPECT_EQ(bench.run("def m():\n sec s():\n  note(1)\n end\n s()\n note(2)\nend"), "1 2");
+}
+
+TEST(Urscript, BranchesOfOneIfAreBounded) {
+  const auto with_branches = [](int count) {
+    std::string script = "if False:\n";
+    for (int i = 1; i < count; ++i) script += "elif False:\n";
+    return script + "else:\n note(1)\nend\n";
+  };
+  Bench bench;
+  EXPECT_EQ(bench.run(with_branches(900)), "1");
+  EXPECT_THAT(bench.run(with_branches(1001)), testing::StartsWith("refused: too many branches"));
 }
 
 TEST(Urscript, BranchesAndLoops) {
