@@ -198,7 +198,13 @@ void CellRun::keep_pace(double time) {
   const auto due = start_ + std::chrono::duration<double>(time) + lost_;
   const std::chrono::nanoseconds period(built_.core->period());
   const auto late = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - due) / period;
-  if (late <= 0) return std::this_thread::sleep_until(due);
+  if (late <= 0) {
+    const Nanoseconds machine = std::chrono::duration_cast<std::chrono::nanoseconds>(due.time_since_epoch()).count();
+    const Nanoseconds later = built_.site->pace(built_.site->clock().at(machine));
+    lost_ += std::chrono::nanoseconds(later);
+    built_.site->clock().skip(later);
+    return std::this_thread::sleep_until(due + std::chrono::nanoseconds(later));
+  }
   built_.core->count_overruns(late);
   lost_ += late * period;
   built_.site->clock().skip((late * period).count());

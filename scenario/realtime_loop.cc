@@ -20,7 +20,8 @@ RealtimeLoop::RealtimeLoop(rcc::ControlCore& core, MonotonicClock& time, const O
               .processor = options.processor,
               .overrun_limit = options.overrun_limit,
               .lock = &lock_,
-              .time = &time}),
+              .time = &time,
+              .pace = options.pace}),
       support_{.planning = &planning_, .events = &events_} {
   events_.reserve(kMostEvents);
 }

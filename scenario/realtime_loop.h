@@ -22,6 +22,7 @@ class RealtimeLoop {
     bool lock_memory = true;  ///< no page of the process leaves memory
     int processor = -1;       ///< the only one that the cycle runs on; -1: any
     int overrun_limit = 5;    ///< RealtimeClock::Options; INT_MAX: overruns are only counted
+    std::function<Nanoseconds(Nanoseconds due)> pace = {};  ///< likewise
   };
   /// @param time  the core's time, for the agents of its devices; it is kept from run() on. Both outlive the loop.
   RealtimeLoop(rcc::ControlCore& core, MonotonicClock& time, const Options& options);

@@ -89,8 +89,16 @@ Json site_json(const SiteReport& site) {
   for (const SiteReaction& one : site.reactions) {
     reactions.push_back({{"sensor", one.sensor}, {"arm", one.arm}, {"most_ns", one.most}});
   }
+  Json master;
+  if (site.master) {
+    master = {
+        {"device", site.master->device},
+        {"cycles", site.master->cycles},
+        {"off_ns", {{"p50", site.master->off_p50}, {"p99", site.master->off_p99}, {"worst", site.master->off_worst}}}};
+  }
   return {{"realities", std::move(realities)},
           {"devices", std::move(devices)},
+          {"master_clock", std::move(master)},
           {"skew_ns", site.skew},
           {"reactions", std::move(reactions)}};
 }
@@ -187,6 +195,11 @@ std::string to_text(const RunReport& report, const std::string& title) {
         real.locked_memory ? "locked" : "not locked");
   }
   if (!report.site.realities.empty()) text += fmt::format("  devices: {}\n", to_text(report.site.realities));
+  if (const auto& master = report.site.master) {
+    text += fmt::format("  paced by the clock of {}: {} cycles, {:.0f} us off (99 %), {:.0f} us (worst)\n",
+                        master->device, master->cycles, 1e-3 * static_cast<double>(master->off_p99),
+                        1e-3 * static_cast<double>(master->off_worst));
+  }
   for (const DeviceTiming& one : report.site.devices) {
     if (!one.drives || one.declared.cycle == 0) continue;
     if (one.delay_most == 0) {

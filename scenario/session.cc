@@ -220,6 +220,7 @@ class Session::Run {
     RealtimeLoop::Options wanted{.processor = options.processor};
     // Simulated devices wait for a cycle that is late, so nothing has to be stopped for it.
     if (!site.has_drivers()) wanted.overrun_limit = std::numeric_limits<int>::max();
+    if (!site.master_clock().empty()) wanted.pace = [&site](Nanoseconds due) { return site.pace(due); };
     return std::make_unique<RealtimeLoop>(*session.built_.core, site.clock(), wanted);
   }
 

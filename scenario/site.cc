@@ -83,6 +83,7 @@ Site read_document(const Json& document, Diagnostics& diagnostics) {
   ObjectReader reader(document, "", diagnostics);
   (void)reader.text("title", "");
   site.pad_delays = reader.boolean("pad_delays", true);
+  site.master_clock = reader.text("master_clock", "");
   if (reader.json().contains("speed_override"))
     site.speed_override = reader.number("speed_override", 1.0, kSpeedOverride);
   if (const Json* devices = reader.object("devices")) {

@@ -57,6 +57,8 @@ struct Site {
   std::string text = {};  ///< of the file; empty: there is none
   /// Arms that cooperate are made as late as the slowest of them, so that they are together at their flanges (row T3).
   bool pad_delays = true;
+  /// The arm whose controller's clock paces the core, in real time; empty: the machine's clock does.
+  std::string master_clock = {};
   /// Share of the planned speed with which a run begins. Null: all of it, but kFirstSpeed where hardware moves.
   std::optional<double> speed_override = std::nullopt;
   /// Which arms cooperate: sets of names, in any overlap. Null: it is not known, and all do.

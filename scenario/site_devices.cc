@@ -144,6 +144,31 @@ void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
     diagnostics.add({Severity::kError, Code::kUnknownName, binding.file, binding.pointer,
                      fmt::format("there is no device '{}'", name), nearest_choice(name, names_)});
   }
+  if (const std::string refusal = master_refusal(devices); !refusal.empty()) {
+    diagnostics.error(Code::kIncompatible, "/master_clock",
+                      fmt::format("the clock of '{}' cannot be the master: {}", site_.master_clock, refusal),
+                      "an arm that a driver reaches on an address, such as 'fri' or 'rtde'; or leave the key out");
+  }
+}
+
+std::string SiteDevices::master_refusal(LoadedDevices devices) const {
+  const std::string& name = site_.master_clock;
+  if (name.empty()) return {};
+  const auto device = std::ranges::find(devices, name, [](const auto& one) { return one->entry->name; });
+  if (device == devices.end()) return "there is no such device";
+  const auto arm = (*device)->as<device::ArmDescription>();
+  if (!arm) return fmt::format("it is of kind '{}'", (*device)->kind->name());
+  const Binding* binding = site_.find(name);
+  if (!binding || !binding->own_clock()) return "it is simulated, or emulated in this process, in the core's time";
+  if (!refusal_of(**device, *binding).empty()) return {};  // reported already
+  const device::ArmDriverKind& kind = arm_kind_of(*binding);
+  if (!kind.paces()) return fmt::format("'{}' has none, its drives follow the clock of this side", binding->kind);
+  if (kind.cycle(*binding->driver, *arm) % period_ != 0) return "its cycle is no multiple of the core's";
+  return {};
+}
+
+Nanoseconds SiteDevices::pace(Nanoseconds due) {
+  return master_ == nullptr ? 0 : phase_lock_.correction(due, master_->packet_time());
 }
 
 /// The longest delay of those that the arm cooperates with, itself included. Groups that share an arm are one.
@@ -197,6 +222,7 @@ SiteDevices::WiredArm SiteDevices::connect(const LoadedDevice& device, const Bin
   }
   drivers_[request.device] = *driver;
   all_drivers_[request.device] = *driver;
+  if (request.device == site_.master_clock) master_ = driver->get();
   if (!binding.own_clock()) return {std::move(*driver), std::move(description)};
   own_clock_ = true;
   return {std::make_shared<ShadowedArm>(std::move(*driver), std::move(machine)), std::move(description)};

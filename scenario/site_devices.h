@@ -13,6 +13,7 @@
 #include "core/emulation/slow_arm.h"
 #include "core/emulation/slow_force_torque.h"
 #include "core/rcc/control_core.h"
+#include "core/rcc/phase_lock.h"
 #include "scenario/device_kind.h"
 #include "scenario/site.h"
 
@@ -24,7 +25,7 @@ namespace takt::scenario {
 class SiteDevices {
  public:
   SiteDevices(Site site, Nanoseconds period, std::uint64_t seed)
-      : site_(std::move(site)), period_(period), seed_(seed) {}
+      : site_(std::move(site)), period_(period), seed_(seed), phase_lock_(period) {}
 
   /// Looks at all devices before any is made: the longest delay, and what of the site fits no device.
   void plan(LoadedDevices devices, Diagnostics& diagnostics);
@@ -99,6 +100,12 @@ class SiteDevices {
   [[nodiscard]] bool own_clock() const { return own_clock_; }
   /// The core's time for those; whoever steps the core aligns it and tells it what he leaves out.
   [[nodiscard]] MonotonicClock& clock() { return clock_; }
+  /// The arm whose controller's clock paces the core; empty: the machine's does.
+  [[nodiscard]] const std::string& master_clock() const { return site_.master_clock; }
+  /// For a cycle that is due then (Clock::Reading::machine): by how much it has to begin later for the pace of the
+  /// master clock; 0 without one. Cycle thread, between cycles. Realtime: cyclic.
+  [[nodiscard]] Nanoseconds pace(Nanoseconds due);
+  [[nodiscard]] const rcc::PhaseLock& phase_lock() const { return phase_lock_; }
   /// What drivers have to say since the last call, with the names of their devices.
   [[nodiscard]] std::vector<std::string> news();
 
@@ -117,6 +124,8 @@ class SiteDevices {
   [[nodiscard]] WiredIo adopt(std::shared_ptr<device::IoDriver> driver, const std::string& name, bool own_clock,
                               std::shared_ptr<const device::IoDescription> description,
                               const device::IoTerminals& machine);
+  /// What keeps a device's clock from being the master; empty: nothing.
+  [[nodiscard]] std::string master_refusal(LoadedDevices devices) const;
   [[nodiscard]] Nanoseconds delay_of(const LoadedDevice& device, const device::ArmDescription& arm) const;
   [[nodiscard]] Nanoseconds padded_delay(const std::string& arm) const;
 
@@ -128,6 +137,8 @@ class SiteDevices {
   std::map<std::string, std::shared_ptr<const device::IoDescription>, std::less<>> terminals_;
   MonotonicClock clock_;  ///< outlives the drivers
   bool own_clock_ = false;
+  device::ArmDriver* master_ = nullptr;  ///< whose clock paces the core
+  rcc::PhaseLock phase_lock_;
   Diagnostics problems_;
   std::vector<std::string> names_;  ///< of all devices
   std::map<std::string, std::shared_ptr<device::ArmDriver>> drivers_;

@@ -74,6 +74,10 @@ void SiteWatch::watch() {
 SiteReport SiteWatch::report() const {
   SiteReport report;
   report.realities = built_.site->realities();
+  if (!built_.site->master_clock().empty()) {
+    const rcc::LatenessTimes& off = built_.site->phase_lock().off();
+    report.master = {built_.site->master_clock(), off.count(), off.quantile(0.5), off.quantile(0.99), off.worst()};
+  }
   std::size_t i = 0;
   Nanoseconds least = INT64_MAX, most = INT64_MIN;
   for (const auto& [name, arm] : built_.cell.arms) {

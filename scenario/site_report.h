@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,16 @@ struct SiteReaction {
   Nanoseconds most = 0;
 };
 
+/// How well the core kept the pace of a device (rcc::PhaseLock). Times in ns.
+struct MasterReport {
+  std::string device;
+  std::int64_t cycles = 0;  ///< since the core first was in phase
+  Nanoseconds off_p50 = 0, off_p99 = 0, off_worst = 0;
+};
+
 struct SiteReport {
   std::vector<DeviceTiming> devices;
+  std::optional<MasterReport> master;  ///< nothing: the machine's clock paces the core
   std::vector<SiteReaction> reactions;
   /// What is on the other end, for every device of the cell.
   std::map<std::string, device::Reality> realities;

@@ -50,11 +50,13 @@ class MonotonicClock final : public Clock {
     const Nanoseconds skipped = origin_.load(std::memory_order_acquire) - first_origin_;
     return {machine_time() - first_origin_, skipped};
   }
+  /// What Reading::machine is when machine_time() is this. Any thread. Realtime: cyclic.
+  [[nodiscard]] Nanoseconds at(Nanoseconds machine_time) const { return machine_time - first_origin_; }
   /// The core's time is `core_time` when machine_time() is `machine`. Any thread.
   void align(Nanoseconds core_time, Nanoseconds machine) {
     origin_.store(machine - core_time, std::memory_order_release);
   }
-  /// The core left out that much time: its cycles go on later than they were due. Any thread.
+  /// The core left out that much time: its cycles go on later than they were due; negative: earlier. Any thread.
   void skip(Nanoseconds time) { origin_.fetch_add(time, std::memory_order_acq_rel); }
 
   /// CLOCK_MONOTONIC. Any thread. Realtime: cyclic.

@@ -240,6 +240,8 @@ void ArmAgent::publish() {
   report_.dropped = dropped_.load(std::memory_order_relaxed);
   report_.drift = session_.estimator().drift();
   report_.offset = session_.estimator().offset();
+  report_.packet_time.reset();
+  if (session_.open()) report_.packet_time = session_.estimator().to_core(session_.instant());
   report_.jitter = session_.estimator().jitter();
   if (!session_.open()) newest_.sample.fault = fault_;
   newest_.willing = session_.open() && device_ready_ && phase_ != Phase::kBraking;

@@ -48,15 +48,17 @@ struct AgentReport {
   };
   Phase phase = Phase::kWaiting;
   InletCounts samples;
-  std::uint64_t stops = 0;                ///< how often readiness ended: by the agent or by the device
-  std::uint64_t dry = 0;                  ///< of these: the set points ran out
-  std::uint64_t trips = 0;                ///< of these: the guard refused an answer
-  std::uint64_t lost_sessions = 0;        ///< of these: the device fell silent or began anew
-  std::optional<Violation> last_trip;     ///< what the guard refused last
-  std::uint64_t clock_steps = 0;          ///< how often somebody set the device's clock
-  std::uint64_t dropped = 0;              ///< set points that found the ring full
-  double drift = 0.0;                     ///< core seconds per device second, less 1
-  Nanoseconds offset = 0;                 ///< core time less device time
+  std::uint64_t stops = 0;             ///< how often readiness ended: by the agent or by the device
+  std::uint64_t dry = 0;               ///< of these: the set points ran out
+  std::uint64_t trips = 0;             ///< of these: the guard refused an answer
+  std::uint64_t lost_sessions = 0;     ///< of these: the device fell silent or began anew
+  std::optional<Violation> last_trip;  ///< what the guard refused last
+  std::uint64_t clock_steps = 0;       ///< how often somebody set the device's clock
+  std::uint64_t dropped = 0;           ///< set points that found the ring full
+  double drift = 0.0;                  ///< core seconds per device second, less 1
+  Nanoseconds offset = 0;              ///< core time less device time
+  /// When the newest packet came, but for jitter, on the machine's clock. Null: there is no session.
+  std::optional<Nanoseconds> packet_time;
   Nanoseconds jitter = 0;                 ///< of the wire, seen lately
   Nanoseconds reserve_least = INT64_MAX;  ///< how close the set points ever were to running out
 };

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -79,6 +80,10 @@ class ArmDriver : public ArmBackend, public DeviceDriver {
   /// The wrench that the arm itself estimates or measures, on its flange, as a sensor that is mounted there reads it;
   /// null: it has none. Lives as long as the driver.
   [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
+  /// When the newest packet of the device came, or would have come without jitter, on the machine's clock
+  /// (Clock::Reading); null: its packets do not come at a pace of its own, or none come. Cycle thread. Realtime:
+  /// cyclic.
+  [[nodiscard]] virtual std::optional<Nanoseconds> packet_time() const { return std::nullopt; }
   /// The terminals of the controller, over the connection of the arm, if DriverRequest::terminals asked for them; null:
   /// it did not, or the controller has none. They live as long as the driver. @param machine  what is behind the
   /// terminals of an emulated controller in this process; else of no use. Realtime: setup.
@@ -163,6 +168,8 @@ class ArmDriverKind : public DriverKind {
   [[nodiscard]] virtual std::string refuse_terminals(const IoDescription& /*io*/) const {
     return "the arm's controller offers no terminals";
   }
+  /// The device has a clock of its own, at whose pace its packets come; false: it follows this side's.
+  [[nodiscard]] virtual bool paces() const { return true; }
   /// The cycle in which the device takes set points, ns.
   [[nodiscard]] virtual Nanoseconds cycle(const DriverSettings& settings, const ArmDescription& arm) const = 0;
   /// Declared delay of its set points without padding, ns.

@@ -97,6 +97,11 @@ RealtimeClock::Granted RealtimeClock::run(ControlCore& core, const std::stop_tok
     instant += late_cycles * period;
     if (late_cycles > 0) time_->skip(late_cycles * period);
     count(core, late_cycles);
+    if (options_.pace) {
+      const Nanoseconds later = options_.pace(time_->at(instant));
+      instant += later;
+      time_->skip(later);
+    }
     sleep_until(instant);
   }
   return granted;

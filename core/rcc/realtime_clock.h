@@ -36,6 +36,9 @@ class RealtimeClock {
     Nanoseconds grace = 500 * kMillisecond;     ///< for the devices to stop, before the process ends
     PriorityMutex* lock = nullptr;              ///< held while a cycle runs: a program looks between cycles
     MonotonicClock* time = nullptr;             ///< to keep; null: the clock has one of its own
+    /// By how much a cycle has to begin later that is due then (as Clock::Reading::machine has it); negative: earlier.
+    /// Less than half a period. Called between cycles, on its thread; cyclic. Empty: cycles are a period apart.
+    std::function<Nanoseconds(Nanoseconds due)> pace = {};
   };
   struct Granted {
     bool realtime_scheduling = false;

@@ -79,6 +79,8 @@ class Cia402Kind final : public device::ArmDriverKind {
     if (period % kMillisecond != 0) return "the cycle of the bus has to be whole milliseconds: cycle_ms";
     return {};
   }
+  /// Drives lock to SYNC, which this side sends.
+  [[nodiscard]] bool paces() const override { return false; }
   [[nodiscard]] Nanoseconds cycle(const DriverSettings& settings, const device::ArmDescription& arm) const override {
     return own(settings).cycle > 0 ? own(settings).cycle : arm.cycle;
   }

@@ -36,6 +36,7 @@ class Backend : public device::ArmDriver {
   }
   [[nodiscard]] std::vector<std::string> news() override { return client_.news(); }
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return &wrench_; }
+  [[nodiscard]] std::optional<Nanoseconds> packet_time() const override { return client_.agent().report().packet_time; }
 
   [[nodiscard]] const Client& client() const { return client_; }
 

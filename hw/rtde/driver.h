@@ -89,6 +89,7 @@ class Driver : public device::ArmDriver {
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override;
   [[nodiscard]] device::BackendTiming timing() const override;
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return &force_; }
+  [[nodiscard]] std::optional<Nanoseconds> packet_time() const override { return agent_.report().packet_time; }
   [[nodiscard]] device::IoDriver* terminals(const device::IoTerminals& /*machine*/) override { return block_.get(); }
   [[nodiscard]] std::vector<std::string> news() override;
 

@@ -23,7 +23,7 @@ using takt::test::Reports;
 using testing::HasSubstr;
 
 constexpr const char* kWhole = R"({
-  "$schema": "../schemas/site.schema.json", "title": "Cell 3", "pad_delays": false,
+  "$schema": "../schemas/site.schema.json", "title": "Cell 3", "pad_delays": false, "master_clock": "left",
   "devices": {
     "left": {"backend": "slow", "cycle_ms": 4, "offset_ms": -3.5, "drift_ppm": -50, "transport_ms": 0.2,
              "jitter_ms": 0.7, "loss": 0.01, "repeat": 0.02, "reorder": 0.03, "answer_timeout_cycles": 5},
@@ -35,6 +35,7 @@ TEST(Site, EveryKeyIsRead) {
   const auto site = parse_site(kWhole);
   ASSERT_TRUE(site) << site.error().to_string();
   EXPECT_FALSE(site->pad_delays);
+  EXPECT_EQ(site->master_clock, "left");
   const Binding& left = *site->find("left");
   EXPECT_EQ(left.kind, "slow");
   EXPECT_EQ(left.slow.cycle, 4 * kMillisecond);

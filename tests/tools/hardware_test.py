@@ -70,6 +70,37 @@ class TwoProcesses(unittest.TestCase):
         self.assertIn("CMD: position", err)
         self.assertIn("MON: friStop", err)
 
+    def site(self, master, backend):
+        kind, _, rest = backend.partition("=")[2].partition(":")
+        address, *settings = (rest or "virtual").split(",")
+        binding = {"backend": kind, "address": address}
+        for one in settings:
+            key, _, value = one.partition("=")
+            binding[key + "_ms"] = int(value.removesuffix("ms"))
+        file = self.file.with_name("site.json")
+        file.write_text(json.dumps({"master_clock": master, "devices": {"arm": binding}}))
+        return str(file)
+
+    def run_with_site(self, site, *arguments):
+        return subprocess.run([TAKT, "run", str(self.file), "--site", site, "--json", *arguments], capture_output=True,
+                              text=True, timeout=120, cwd=ROOT)
+
+    def test_the_clock_of_the_arm_may_be_the_master(self):
+        self.emulate()
+        run = self.run_with_site(self.site("arm", self.backend), "--realtime")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        master = json.loads(run.stdout)["site"]["master_clock"]
+        self.assertEqual(master["device"], "arm")
+        self.assertGreater(master["cycles"], 1000)
+        self.assertLessEqual(master["off_ns"]["p50"], 500_000)
+
+    def test_a_master_that_has_no_clock_of_its_own_is_refused(self):
+        for master, backend in (("arm", "arm=fri:virtual"), ("nobody", self.backend), ("arm", "arm=cia402:127.0.0.1:20599")):
+            run = self.run_with_site(self.site(master, backend), "--realtime")
+            self.assertEqual(run.returncode, 2, run.stdout + run.stderr)
+            errors = [(one["code"], one["pointer"]) for one in json.loads(run.stdout)["diagnostics"] if one["severity"] == "error"]
+            self.assertIn(("incompatible", "/master_clock"), errors, backend)
+
     def test_a_driver_that_is_killed_leaves_an_arm_that_stands(self):
         emulator = self.emulate()
         driver = subprocess.Popen([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--set",
