@@ -87,6 +87,8 @@ class TwoProcesses(unittest.TestCase):
 
     def test_the_clock_of_the_arm_may_be_the_master(self):
         self.emulate()
+        # From half a period off the way is 2.5 s.
+        self.file.write_text(json.dumps(CELL | {"program": {"do": "wait", "seconds": 6}}))
         run = self.run_with_site(self.site("arm", self.backend), "--realtime")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         master = json.loads(run.stdout)["site"]["master_clock"]
