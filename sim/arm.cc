@@ -20,6 +20,8 @@ constexpr double kFadeTime = 0.2;
 constexpr std::int64_t kProtectiveCycles = 10;
 /// rad/s or m/s: slower joints stand, for a change of the mode.
 constexpr double kStandstill = 0.02;
+/// m/s or rad/s: what is slower is held by static friction.
+constexpr double kStuckSpeed = 1e-3;
 
 JointVector zeros(Eigen::Index n) { return JointVector::Zero(n); }
 
@@ -159,6 +161,7 @@ void SimArm::start(const mjData_& data) {
 void SimArm::brake() {
   if (braked_) return;
   braked_ = true;
+  stuck_ = false;
   own_stop_.reset();
   change_.reset();
   fade_ = 0.0;
@@ -332,24 +335,48 @@ void SimArm::actuate(mjData_& data, const Substep& step) {
   if (step.number > 0) gather(data);
   if (!braked_) supervise();
 
-  JointVector torque = q_;
-  drives_.friction(dq_true_, torque);
   if (braked_) {
     motor_torque_.setZero();
     wanted_torque_.setZero();
-    JointVector held = q_;
-    drives_.brake_torque(q_true_, dq_true_, held);
-    torque = held - torque;
   } else {
     compute_torque(step);
-    torque = (plant_.drive ? plant_.drive->on_plant(motor_torque_, q_true_, dq_true_, step.duration) : motor_torque_) -
-             torque;
+    if (plant_.drive) stick_or_let_go();
   }
+  if (stands() && data.body_awake[plant_.root] == mjS_ASLEEP) return;
+
+  const JointVector torque = torque_on_plant(step.duration);
   if (plant_.drive) plant_.drive->turn_wheels(data, q_true_, dq_true_, step.duration);
   joint_torque_ = torque;
   for (Eigen::Index i = 0; i < torque.size(); ++i) {
     data.qfrc_applied[plant_.velocity_address[static_cast<std::size_t>(i)]] = torque[i];
   }
+}
+
+/// Static friction takes what the drives of a base that stands do with the noise of its odometry.
+void SimArm::stick_or_let_go() {
+  const bool at_rest = set_point_.dq.isZero(0.0) && set_point_.ddq.isZero(0.0);
+  const bool weak = (motor_torque_.cwiseAbs() - drives_.coulomb()).maxCoeff() < 0.0;
+  if (!at_rest || !weak) {
+    stuck_ = false;
+  } else if (!stuck_ && dq_true_.cwiseAbs().maxCoeff() < kStuckSpeed) {
+    stuck_ = true;
+    drives_.stick(q_true_, joint_inertia(plant_, q_true_));
+  }
+}
+
+/// What motors, friction, and what holds the joints do to them.
+JointVector SimArm::torque_on_plant(double duration) {
+  JointVector friction = q_;
+  if (braked_ || stuck_) {
+    JointVector held = q_;
+    drives_.holding_torque(q_true_, dq_true_, held);
+    if (stuck_) return plant_.drive->held(held, q_true_, dq_true_, duration);
+    drives_.friction(dq_true_, friction);
+    return held - friction;
+  }
+  drives_.friction(dq_true_, friction);
+  if (!plant_.drive) return motor_torque_ - friction;
+  return plant_.drive->on_plant(motor_torque_, q_true_, dq_true_, duration) - friction;
 }
 
 /// Torques that a motor's current tells of hold the friction of its joint and what accelerates its rotor; only what is
@@ -421,6 +448,7 @@ void SimArm::stream(StateStream& state) {
   state(set_point_.stamp);
   state(fresh_set_point_);
   state(braked_);
+  state(stuck_);
   std::uint64_t fault = fault_;
   state(fault);
   fault_ = static_cast<std::uint32_t>(fault);

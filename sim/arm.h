@@ -74,6 +74,7 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   void start(const mjData_& data) override;
   void actuate(mjData_& data, const Substep& step) override;
   void measure(const mjData_& data, Nanoseconds now) override;
+  [[nodiscard]] bool stands() const override { return plant_.drive && (braked_ || stuck_); }
   void stream(StateStream& state) override;
 
  private:
@@ -86,6 +87,8 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   /// @param joint  that it is about; -1: none
   void trip(ArmFault fault, Eigen::Index joint = -1);
   void take_set_point();
+  void stick_or_let_go();
+  [[nodiscard]] JointVector torque_on_plant(double duration);
   void follow_own_stop();
   void continue_change();
   void enter(device::ControlMode mode);
@@ -116,6 +119,7 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   bool fresh_set_point_ = false;  // written since the last cycle
   device::Compliance compliance_;
   bool braked_ = false;
+  bool stuck_ = false;  // a base that static friction holds
   std::uint32_t fault_ = 0;
 
   struct Change {

@@ -17,6 +17,7 @@ struct ArmPlant {
   kinematics::Chain chain;
   std::array<int, kinematics::kMaxJoints> position_address{};  ///< of each joint in the plant's position vector
   std::array<int, kinematics::kMaxJoints> velocity_address{};
+  int root = 0;  ///< the plant's number of the first body that the joints move
   JointVector armature = {};
   JointVector coulomb = {};
   JointVector viscous = {};

@@ -77,9 +77,15 @@ JointVector BaseDrive::on_plant(const JointVector& force, const JointVector& q_t
                                 double duration) {
   JointVector result = force;
   if (!exact()) result.head<2>() = turned(last_.z() - counted_.z(), force.head<2>());
+  return held(result, q_true, dq_true, duration);
+}
+
+JointVector BaseDrive::held(const JointVector& force, const JointVector& q_true, const JointVector& dq_true,
+                            double duration) {
   const auto* drive = differential();
-  if (drive == nullptr) return result;
-  Eigen::Vector2d along = turned(-q_true[2], result.head<2>());
+  if (drive == nullptr) return force;
+  JointVector result = force;
+  Eigen::Vector2d along = turned(-q_true[2], force.head<2>());
   along.y() = tyre_force(*drive, turned(-q_true[2], dq_true.head<2>()).y(), duration);
   result.head<2>() = turned(q_true[2], along);
   return result;

@@ -39,6 +39,10 @@ class BaseDrive {
   /// Forces that the controller wants in the axes of its odometry, as they act on the plant in this physics step.
   [[nodiscard]] JointVector on_plant(const JointVector& force, const JointVector& q_true, const JointVector& dq_true,
                                      double duration);
+  /// What acts on a base that is held by such forces on the joints of the plant: sideways its tyres hold it, if it has
+  /// any.
+  [[nodiscard]] JointVector held(const JointVector& force, const JointVector& q_true, const JointVector& dq_true,
+                                 double duration);
   /// The wheels turn as the body moves, without slip.
   void turn_wheels(mjData_& data, const JointVector& q_true, const JointVector& dq_true, double duration) const;
 

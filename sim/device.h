@@ -75,6 +75,9 @@ class SimDevice {
   virtual void actuate(mjData_& data, const Substep& step) = 0;
   /// At the end of a cycle, `now` being the new time; acceleration-level results are those of the last physics step.
   virtual void measure(const mjData_& data, Nanoseconds now) = 0;
+  /// What it does to its machine keeps this where it is, and will until it is told something else: the machine may fall
+  /// asleep (sim/rest.h). Then actuate() applies nothing.
+  [[nodiscard]] virtual bool stands() const { return false; }
   /// All that the device's future depends on.
   virtual void stream(StateStream& state) = 0;
   /// After a state was put back: what of it the plant keeps beside its own state. Realtime: setup.

@@ -9,14 +9,15 @@ namespace {
 
 // Below this speed (rad/s) Coulomb friction fades to zero: slow against any motion that matters.
 constexpr double kSmoothingSpeed = 0.005;
-// Natural frequency (rad/s) of a closed brake: far above the arm's motion, far below what a 1 ms step carries.
+// Natural frequency (rad/s) of a closed brake and of static friction: far above the arm's motion, far below what a
+// 1 ms step carries.
 constexpr double kBrakeFrequency = 200.0;
 
 }  // namespace
 
 JointDrives::JointDrives(JointVector coulomb, JointVector viscous, const JointVector& inertia, JointVector brake_torque,
                          double timestep)
-    : coulomb_(std::move(coulomb)), viscous_(std::move(viscous)), limit_(std::move(brake_torque)) {
+    : coulomb_(std::move(coulomb)), viscous_(std::move(viscous)), brake_(std::move(brake_torque)) {
   const auto n = coulomb_.size();
   smoothing_.resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -26,6 +27,7 @@ JointDrives::JointDrives(JointVector coulomb, JointVector viscous, const JointVe
   locked_.setZero(n);
   stiffness_.setZero(n);
   damping_.setZero(n);
+  limit_.setZero(n);
 }
 
 void JointDrives::friction(const JointVector& dq, JointVector& torque) const {
@@ -37,6 +39,16 @@ void JointDrives::friction(const JointVector& dq, JointVector& torque) const {
 }
 
 void JointDrives::close(const JointVector& q, const JointVector& torque, const JointVector& inertia) {
+  lock(q, torque, inertia, brake_);
+}
+
+void JointDrives::stick(const JointVector& q, const JointVector& inertia) {
+  lock(q, JointVector::Zero(q.size()), inertia, coulomb_);
+}
+
+void JointDrives::lock(const JointVector& q, const JointVector& torque, const JointVector& inertia,
+                       const JointVector& limit) {
+  limit_ = limit;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     stiffness_[i] = inertia[i] * kBrakeFrequency * kBrakeFrequency;
     damping_[i] = 2.0 * inertia[i] * kBrakeFrequency;
@@ -44,7 +56,7 @@ void JointDrives::close(const JointVector& q, const JointVector& torque, const J
   }
 }
 
-void JointDrives::brake_torque(const JointVector& q, const JointVector& dq, JointVector& torque) {
+void JointDrives::holding_torque(const JointVector& q, const JointVector& dq, JointVector& torque) {
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const double spring = stiffness_[i] * (locked_[i] - q[i]);
     const double held = std::clamp(spring, -limit_[i], limit_[i]);
@@ -57,6 +69,7 @@ void JointDrives::stream(StateStream& state) {
   state.vector(locked_);
   state.vector(stiffness_);
   state.vector(damping_);
+  state.vector(limit_);
 }
 
 }  // namespace takt::sim

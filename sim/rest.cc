@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <mujoco/mujoco.h>
@@ -49,6 +50,21 @@ std::pair<int, int> bodies_of_equality(const mjModel& model, int equality) {
   return model.eq_objtype[equality] == mjOBJ_BODY ? std::pair(first, second) : std::pair(-1, -1);
 }
 
+/// What moves a base, if nothing else moves with it that is driven; -1: no such tree.
+int tree_of_base(const mjModel& model, const SimArmDescription& base) {
+  const std::string prefix = base.robot + "/";
+  const auto is_own = [&](int joint) {
+    const char* name = mj_id2name(&model, mjOBJ_JOINT, joint);
+    return name != nullptr && std::string_view(name).starts_with(prefix);
+  };
+  int tree = -1;
+  for (int joint = 0; joint < static_cast<int>(model.njnt); ++joint)
+    if (is_own(joint)) tree = model.body_treeid[model.jnt_bodyid[joint]];
+  for (int joint = 0; joint < static_cast<int>(model.njnt); ++joint)
+    if (model.body_treeid[model.jnt_bodyid[joint]] == tree && !is_own(joint)) return -1;
+  return tree;
+}
+
 }  // namespace
 
 Rest::Rest(mjModel& model, const WorldDescription& description) {
@@ -63,6 +79,11 @@ Rest::Rest(mjModel& model, const WorldDescription& description) {
     if (model.tree_dofnum[tree] == 6) may_sleep_[static_cast<std::size_t>(tree)] = 1;
   }
   if (std::ranges::count(may_sleep_, 1) == 0) return;
+  for (const SimArmDescription& arm : description.arms) {
+    const int tree = arm.drive ? tree_of_base(model, arm) : -1;
+    if (tree >= 0) may_sleep_[static_cast<std::size_t>(tree)] = 1;
+  }
+  drive_.assign(trees, nullptr);
   needed_ = std::llround(kStillTime / model.opt.timestep);
   still_.assign(trees, 0);
   next_.assign(trees, -1);
@@ -73,12 +94,18 @@ Rest::Rest(mjModel& model, const WorldDescription& description) {
   for (std::size_t i = 0; i < trees; ++i) model.tree_sleep_policy[i] = may_sleep_[i] ? mjSLEEP_ALLOWED : mjSLEEP_NEVER;
 }
 
+void Rest::add_driven(const mjModel& model, int root, const SimDevice& device) {
+  if (needed_ > 0) drive_[static_cast<std::size_t>(model.body_treeid[root])] = &device;
+}
+
 bool Rest::still(const mjModel& model, const mjData& data, int tree) const {
   const int dof = model.tree_dofadr[tree], count = model.tree_dofnum[tree];
   for (int i = dof; i < dof + count; ++i) {
     if (!(std::abs(data.qvel[i]) * model.dof_length[i] < kStillSpeed)) return false;
   }
   const int body = model.tree_bodyadr[tree], bodies = model.tree_bodynum[tree];
+  const SimDevice* drive = drive_[static_cast<std::size_t>(tree)];
+  if (drive != nullptr) return drive->stands() && is_zero(data.xfrc_applied + 6 * body, 6 * bodies);
   return is_zero(data.qfrc_applied + dof, count) && is_zero(data.xfrc_applied + 6 * body, 6 * bodies);
 }
 

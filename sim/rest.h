@@ -14,14 +14,17 @@ namespace takt::sim {
 
 /// Free objects that lie still, and what lies in or on them, fall asleep: MuJoCo leaves them out of a step until
 /// something that moves touches them, a constraint joins them to it, or a force is applied. All that contacts join
-/// falls asleep together, and only if all of it are free objects. Whether and when is decided here and not by MuJoCo,
-/// which would solve that step once more without our contacts. Owned by the world; one thread. Idea and figures:
-/// docs/simulation.md, "Parts at rest".
+/// falls asleep together, and only if all of it are free objects, or mobile bases that stand. Whether and when is
+/// decided here and not by MuJoCo, which would solve that step once more without our contacts. Owned by the world; one
+/// thread. Idea and figures: docs/simulation.md, "Parts at rest".
 class Rest {
  public:
   Rest() = default;
   /// Sets what MuJoCo has to know; before its data are made. Realtime: setup.
   Rest(mjModel_& model, const WorldDescription& description);
+  /// `device`, which lives as long as the world, drives all joints that move the body `root`: it says whether they
+  /// stand. Realtime: setup.
+  void add_driven(const mjModel_& model, int root, const SimDevice& device);
 
   /// After a step, while its contacts are still known: counts how long each object has been still.
   /// @return true: some are to fall asleep. Their velocity is zero now; after a look, fall_asleep() is to be called and
@@ -53,6 +56,7 @@ class Rest {
 
   std::int64_t needed_ = 0;              ///< steps; 0: nothing sleeps here
   std::vector<std::int64_t> may_sleep_;  ///< by tree: 0 no, 1 yes
+  std::vector<const SimDevice*> drive_;  ///< by tree: what moves it; null: nothing
   std::vector<std::int64_t> still_;      ///< by tree: steps for which it has been still
   std::vector<std::int64_t> next_;       ///< by tree: the next one that sleeps with it, as MuJoCo has it; -1: awake
   std::vector<bool> settling_;           ///< by tree

@@ -101,9 +101,11 @@ ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, 
   }
 }
 
-bool ThreadLaw::sleep(const mjData& data) const {
-  const auto asleep = [&](const Screw& screw) { return data.body_awake[screw.body] == mjS_ASLEEP; };
-  return !screws_.empty() && std::ranges::all_of(screws_, asleep);
+bool ThreadLaw::calm(const mjData& data) const {
+  const auto rests = [&](const Screw& screw) {
+    return data.body_awake[screw.body] == mjS_ASLEEP || (screw.hold.seated && !drives_.drives(screw.body));
+  };
+  return !screws_.empty() && std::ranges::all_of(screws_, rests);
 }
 
 ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, const Screw& screw,

@@ -126,6 +126,7 @@ Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, con
     const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + name).c_str());
     plant.position_address[slot] = model->jnt_qposadr[id];
     plant.velocity_address[slot] = model->jnt_dofadr[id];
+    if (i == 0) plant.root = model->jnt_bodyid[id];
     const kinematics::Joint& joint = *robot.model->joint(name);
     const auto figures = std::ranges::find(robot.joints, name, &JointFigures::joint);
     const JointFigures known = figures == robot.joints.end() ? JointFigures{} : *figures;
@@ -159,7 +160,9 @@ Diagnostics World::Impl::add_arms(const WorldDescription& description) {
       diagnostics.append(plant.error());
       continue;
     }
+    const int root = plant->root;
     add(arm.name, std::make_unique<SimArm>(arm, std::move(*plant), description.seed));
+    if (arm.drive) rest.add_driven(*model, root, *devices.back());
   }
   return diagnostics;
 }
@@ -234,9 +237,9 @@ void World::Impl::set_start(const WorldDescription& description) {
   forward();
 }
 
-/// Short steps are for screws, which weigh a few grams: longer ones do while none of them moves.
+/// Short steps are for screws, which weigh a few grams: longer ones do while none of them moves by itself.
 Nanoseconds World::Impl::length_of_step() const {
-  return physics.calm_timestep > 0 && threads.sleep(*data) ? physics.calm_timestep : physics.timestep;
+  return physics.calm_timestep > 0 && threads.calm(*data) ? physics.calm_timestep : physics.timestep;
 }
 
 void World::Impl::physics_step(Nanoseconds end) {

@@ -1,6 +1,7 @@
 #include "core/expression/moving_frames.h"
 
 #include <algorithm>
+#include <map>
 #include <vector>
 
 #include "core/kinematics/chain.h"
@@ -26,8 +27,13 @@ void see_flanges(command::Cell& cell, const std::function<JointVector(const std:
   for (const auto& [name, arm] : cell.arms) {
     if (arm.device == nullptr || arm.device->description().chain == nullptr) continue;
     const JointVector q = q_of(name);
-    if (q.size() == arm.device->joint_count())
-      cell.frames.see_arm(name, [&](const std::string& link) { return link_pose(arm.device->description(), link, q); });
+    if (q.size() != arm.device->joint_count()) continue;
+    std::map<std::string, std::optional<Eigen::Isometry3d>> known;  // most frames ride on the same few links
+    cell.frames.see_arm(name, [&](const std::string& link) {
+      const auto found = known.find(link);
+      return found != known.end() ? found->second
+                                  : known.emplace(link, link_pose(arm.device->description(), link, q)).first->second;
+    });
   }
 }
 

@@ -195,6 +195,34 @@ TEST(RollingBase, DoesNotGoSidewaysWhateverItIsTold) {
   EXPECT_LT(std::abs(truth(world)[2]), 0.05);
 }
 
+/// At rest a base does not creep: its friction holds what its drives make of a few micrometres, and small pushes.
+TEST(SimBase, StaticFrictionHoldsWhatStands) {
+  World world = make(base_alone({.linear_scale = 1.01, .random_walk = 0.001}));
+  drive(world, place(0.3, 0.1, 0.2), 3.0);
+  const JointVector before = truth(world);
+  drive(world, measured(world), 2.0);
+  EXPECT_LT((truth(world) - before).cwiseAbs().maxCoeff(), 1e-5);
+  const int body = world.body("base/body");
+  const JointVector parked = measured(world);
+  device::ArmSetPoint set_point;
+  set_point.q = parked;
+  set_point.dq = set_point.ddq = place(0, 0, 0);
+  const auto pushed = [&](double force) {
+    world.push(body, Eigen::Vector3d(force, 0, 0));
+    for (int k = 0; k < 500; ++k) {
+      world.arm("base")->write(set_point);
+      EXPECT_TRUE(world.step());
+    }
+    return truth(world)[0] - before[0];
+  };
+  constexpr double friction = 6.0;  // N, models/youbot_base
+  EXPECT_LT(std::abs(pushed(0.5 * friction)), 1e-4);
+  // What is stronger meets the drives, which bring it back when the push is over.
+  EXPECT_GT(pushed(5.0 * friction), 1e-4);
+  (void)pushed(0.0);
+  EXPECT_LT((measured(world) - parked).cwiseAbs().maxCoeff(), 1e-3);
+}
+
 /// A push of 100 N from the side is held by the tyres, one of 400 N makes them slip, and the odometry sees neither.
 TEST(RollingBase, TyresHoldAPushFromTheSideUntilTheySlip) {
   for (const double force : {100.0, 400.0}) {

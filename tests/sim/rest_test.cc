@@ -7,6 +7,9 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
+#include "core/device/base_description.h"
+#include "core/device/device_file.h"
+#include "sim/from_model.h"
 #include "tests/sim/cell.h"
 #include "tests/support/allocation_guard.h"
 
@@ -166,6 +169,65 @@ TEST(Rest, ASnapshotOfSleepContinuesBitForBit) {
     EXPECT_EQ(target->save(), snapshot);
     EXPECT_EQ(go_on(*target), first);
   }
+}
+
+/// A mobile base with a crate on its deck, which begins a tenth of a millimetre above it.
+WorldDescription loaded_base() {
+  const auto base = device::read_base("models/youbot_base");
+  EXPECT_TRUE(base);
+  WorldDescription world;
+  world.robots.push_back(arm_body("base", **base, {}));
+  world.arms.push_back(simulated_base("base", "base", **base));
+  world.objects.push_back(loose("crate", {0.2, 0.2, 0.06}, {-0.15, 0.0, 0.1275 + 0.03 + 1e-4}, 2.0));
+  return world;
+}
+
+/// Tells the base to be `x` m ahead, at a speed in m/s, for that many cycles.
+void command(World& world, double x, double speed, int count) {
+  device::ArmSetPoint set_point;
+  set_point.q = set_point.dq = set_point.ddq = JointVector::Zero(3);
+  for (int i = 0; i < count; ++i) {
+    x += speed * 0.001;
+    set_point.q[0] = x;
+    set_point.dq[0] = speed;
+    world.arm("base")->write(set_point);
+    ASSERT_TRUE(world.step());
+  }
+}
+
+TEST(Rest, ABaseThatStandsSleepsWithWhatItCarries) {
+  World resting = make(loaded_base()), other = make(awake(loaded_base()));
+  for (World* world : {&resting, &other}) {
+    command(*world, 0.0, 0.0, 1500);
+    EXPECT_EQ(sleeps(*world, "base/body"), world == &resting);
+    EXPECT_EQ(sleeps(*world, "crate"), world == &resting);
+    command(*world, 0.0, 0.05, 2);
+    EXPECT_FALSE(sleeps(*world, "base/body"));
+    EXPECT_FALSE(sleeps(*world, "crate"));
+    command(*world, 1e-4, 0.05, 1998);
+    EXPECT_FALSE(sleeps(*world, "crate"));
+    command(*world, 0.1, 0.0, 2000);
+    EXPECT_NEAR(place_of(*world, "crate").x(), 0.1 - 0.15, 5e-4);
+  }
+  for (const char* name : {"base/body", "crate"})
+    EXPECT_LT((place_of(resting, name) - place_of(other, name)).norm(), 1e-4) << name;
+}
+
+TEST(Rest, AParkedBaseStaysPutAndWakesWhereItIsPushed) {
+  World world = make(loaded_base());
+  command(world, 0.0, 0.0, 1500);
+  ASSERT_TRUE(sleeps(world, "base/body"));
+  const Snapshot snapshot = world.save();
+  const auto push = [](World& from) {
+    from.push(from.body("crate"), {30.0, 0.0, 0.0});
+    command(from, 0.0, 0.0, 100);
+    EXPECT_FALSE(sleeps(from, "base/body"));
+    return from.save();
+  };
+  const Snapshot pushed = push(world);
+  World fresh = make(loaded_base());
+  ASSERT_TRUE(fresh.restore(snapshot));
+  EXPECT_EQ(push(fresh), pushed);
 }
 
 TEST(Rest, AListedContactOfAMachineThatStandsStaysListed) {

@@ -318,5 +318,24 @@ TEST(Thread, StepsAreLongWhileAllScrewsSleep) {
   EXPECT_EQ(pushed(fresh), end);
 }
 
+/// Tight, a screw has nothing left that is fast: its block may go for a ride with long steps.
+TEST(Thread, StepsAreLongWhileAScrewSitsTightWithoutABit) {
+  WorldDescription description = screw_over_thread(kSizes[3], 0.0);
+  description.physics.timestep = kMillisecond / 2;
+  description.physics.calm_timestep = kMillisecond;
+  World world = make(description);
+  Hand hand(world);
+  ASSERT_TRUE(hand.turn(1.5, 20.0, 200));
+  EXPECT_EQ(world.physics_model()->opt.timestep, 0.0005);
+  ASSERT_TRUE(hand.turn(1.5, 20.0, 5000));
+  ASSERT_EQ(kinds(world).back(), Kind::kSeated);
+  world.push(world.body("screw"), {0.0, 0.0, 5.0});  // so it stays awake
+  const double height = world.body_pose(world.body("screw")).translation().z();
+  for (int i = 0; i < 2000; ++i) ASSERT_TRUE(world.step());
+  EXPECT_EQ(world.physics_model()->opt.timestep, 0.001);
+  EXPECT_NEAR(world.body_pose(world.body("screw")).translation().z(), height, 1e-5);
+  EXPECT_EQ(kinds(world).back(), Kind::kSeated);
+}
+
 }  // namespace
 }  // namespace takt::sim::test
