@@ -3,11 +3,13 @@
 
   evidence.py TAKT cost [--runs 5] [--scenario FILE]     what recording everything at 1 kHz adds to a run, in pairs of runs
   evidence.py TAKT compare [--seconds 60]                comparing two recordings of so many seconds; size of the report
-  evidence.py TAKT kills [--count 1000] [--python FILE]  runs that are killed at random times: what an official reader gets back
+  evidence.py TAKT kills [--count 1000] [--jobs 4]       runs that are killed at random times, so many beside each other: what an
+                                                         official reader gets back
 
 "kills" needs the mcap package: --python build/venv/bin/python, which ./takt test makes. Exit status 1: a target is missed.
 """
 import argparse
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -23,22 +25,23 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 COST, COMPARE_S, REPORT_BYTES, LOSS_S = 0.05, 2.0, 1 << 20, 0.1  # the targets
 
+# Reads the files that it is given and prints for each the newest time in it, ns, and whether the reader refuses it.
 READER = """
 import sys
-from mcap.reader import NonSeekingReader
 from mcap.stream_reader import StreamReader
 from mcap.exceptions import EndOfFile
-last, damaged = 0, 0
-with open(sys.argv[1], "rb") as file:
-    try:
-        for record in StreamReader(file, validate_crcs=True).records:
-            last = max(last, getattr(record, "message_end_time", 0), getattr(record, "log_time", 0))
-    except EndOfFile:
-        pass
-    except Exception as error:
-        damaged = 1
-        print(type(error).__name__, error, file=sys.stderr)
-print(last, damaged)
+for path in sys.argv[1:]:
+    last, damaged = 0, 0
+    with open(path, "rb") as file:
+        try:
+            for record in StreamReader(file, validate_crcs=True).records:
+                last = max(last, getattr(record, "message_end_time", 0), getattr(record, "log_time", 0))
+        except EndOfFile:
+            pass
+        except Exception as error:
+            damaged = 1
+            print(path, type(error).__name__, error, file=sys.stderr)
+    print(last, damaged)
 """
 
 
@@ -96,32 +99,42 @@ def compare(takt, arguments, folder):
     return took < COMPARE_S and size < REPORT_BYTES
 
 
+def kill_one(takt, scenario, record, after_s):
+    """The newest time that a run told before it was killed, s, or None if it had not told any."""
+    process = subprocess.Popen([takt, "run", scenario, "--realtime", "--record", record, "--models", ROOT / "models"], cwd=ROOT,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    process.stderr.readline()  # it runs
+    time.sleep(after_s)
+    os.kill(process.pid, signal.SIGKILL)
+    told = re.findall(r"^ *([\d.]+) s  (?:info: )?program log", process.stderr.read(), re.MULTILINE)
+    process.wait()
+    return float(told[-1]) if told else None
+
+
 def kills(takt, arguments, folder):
     scenario = {"devices": {"arm": {"model": "lwr4plus"}}, "time_limit_s": 600,
                 "program": {"do": "repeat", "times": 9000, "steps": [{"do": "wait", "seconds": 0.01}, {"do": "log", "text": "."}]}}
-    file, record = folder / "ticks.json", folder / "killed.mcap"
+    file = folder / "ticks.json"
     file.write_text(json.dumps(scenario))
     chance = random.Random(arguments.seed)
-    losses, damaged, empty = [], 0, 0
-    for i in range(arguments.count):
-        record.unlink(missing_ok=True)
-        process = subprocess.Popen([takt, "run", file, "--realtime", "--record", record, "--models", ROOT / "models"], cwd=ROOT,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        process.stderr.readline()  # it runs
-        time.sleep(chance.uniform(0.05, 1.5))
-        os.kill(process.pid, signal.SIGKILL)
-        told = re.findall(r"^ *([\d.]+) s  (?:info: )?program log", process.stderr.read(), re.MULTILINE)
-        process.wait()
-        if not told:
-            empty += 1
-            continue
-        last, wrong = map(int, subprocess.run([arguments.python, "-c", READER, record], capture_output=True, text=True).stdout.split())
-        damaged += wrong
-        losses.append(float(told[-1]) - last / 1e9)
-        if (i + 1) % 100 == 0:
-            print(f"  {i + 1}: worst loss {1e3 * max(losses):.0f} ms", file=sys.stderr)
-    print(f"{len(losses)} kills ({empty} more before the first line): {damaged} files that the official reader refuses, loss of "
-          f"{1e3 * statistics.median(losses):.0f} ms in the middle and {1e3 * max(losses):.0f} ms at most")
+    delays = [chance.uniform(0.05, 1.5) for _ in range(arguments.count)]
+    losses, damaged = [], 0
+    for begin in range(0, arguments.count, 50):  # their files are read together
+        batch = range(begin, min(begin + 50, arguments.count))
+        records = [folder / f"killed{i}.mcap" for i in batch]
+        with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+            told = list(pool.map(lambda i, record: kill_one(takt, file, record, delays[i]), batch, records))
+        runs = [(last, record) for last, record in zip(told, records) if last is not None]
+        read = subprocess.run([arguments.python, "-c", READER, *(record for _, record in runs)], stdout=subprocess.PIPE, text=True, check=True)
+        for (last_told, _), line in zip(runs, read.stdout.splitlines(), strict=True):
+            last, refused = map(int, line.split())
+            damaged += refused
+            losses.append(last_told - last / 1e9)
+        for record in records:
+            record.unlink(missing_ok=True)
+        print(f"  {batch[-1] + 1}: worst loss {1e3 * max(losses):.0f} ms", file=sys.stderr)
+    print(f"{len(losses)} kills ({arguments.count - len(losses)} more before the first line): {damaged} files that the official reader refuses, "
+          f"loss of {1e3 * statistics.median(losses):.0f} ms in the middle and {1e3 * max(losses):.0f} ms at most")
     return damaged == 0 and max(losses) <= LOSS_S
 
 
@@ -133,6 +146,7 @@ def main():
     parser.add_argument("--scenario", default="scenarios/touch.json")
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--count", type=int, default=int(os.environ.get("TAKT_KILLS", 1000)))
+    parser.add_argument("--jobs", type=int, default=4, help="runs at a time: in real time they need little of a processor")
     parser.add_argument("--seed", type=int, default=1, help="of the times of the kills")
     parser.add_argument("--python", default=str(ROOT / "build/venv/bin/python"))
     arguments = parser.parse_args()

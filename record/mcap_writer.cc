@@ -137,15 +137,22 @@ void Writer::append_over_flushed(std::string_view bytes) {
   cut_at(next);
 }
 
+bool Writer::cover_hole(std::uint64_t start, std::uint64_t stop) {
+  if (live_slot_ < 0) return write_at(end_, filler_head(start - end_));
+  return write_at(file_size_, filler_head(stop - file_size_));
+}
+
 void Writer::flush_open_chunk() {
   if (!error_.empty() || raw_.empty() || !encode_chunk()) return;
   if (record_bytes_.size() + kRecordHead > slot_bytes_) return close_chunk();
   // Two slots behind a filler record; the new content goes into the one that the filler does not lead to, then the
-  // filler's head is turned. In the first slot a second filler covers what may lie behind.
+  // filler's head is turned. What lies behind a chunk in the first slot is covered by a second filler: of the zeros of a
+  // hole readers would make records.
   const int slot = live_slot_ == 0 ? 1 : 0;
   const std::uint64_t start = end_ + kRecordHead + slot_bytes_ * static_cast<std::uint64_t>(slot + 1);
   const std::uint64_t stop = start + record_bytes_.size();
   if (stop + kRecordHead <= file_size_) record_bytes_ += filler_head(file_size_ - stop);
+  if (start > file_size_ && !cover_hole(start, stop)) return;
   if (!write_at(start, record_bytes_) || !write_at(end_, filler_head(start - end_))) return;
   live_slot_ = slot;
   if (stop < file_size_) cut_at(stop);

@@ -79,6 +79,9 @@ class Writer {
   void write_start();
   void append(std::string_view bytes);
   void append_over_flushed(std::string_view bytes);
+  /// Before a flushed chunk is written to [start, stop), behind the end of the file: a filler's head, so that whoever
+  /// dies in between leaves no hole.
+  bool cover_hole(std::uint64_t start, std::uint64_t stop);
   bool write_at(std::uint64_t offset, std::string_view bytes);
   void cut_at(std::uint64_t size);
   void fail(std::string_view what, int code);

@@ -44,7 +44,7 @@ struct RecorderOptions {
   Nanoseconds chunk_time = 200 * kMillisecond;
   std::size_t chunk_bytes = 1u << 20;
   /// What a chunk still open has gathered is on its way to the disk after this much wall time at the latest.
-  Nanoseconds flush_wall_time = 50 * kMillisecond;
+  Nanoseconds flush_wall_time = 30 * kMillisecond;
   int zstd_level = -1;  ///< of a run's numbers 1.75 times as fast as level 1, for files that are 2 % larger
   /// Only so much recorded time is held, in memory, and written when keep() is called; if it never is, close() removes
   /// the file. 0: all is written as it comes. Killed before the first keep(), it leaves a file without messages.
