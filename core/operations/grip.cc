@@ -14,6 +14,8 @@ namespace {
 
 using command::BooleanSensor;
 
+constexpr Range kFingerTime{.low = 0.0, .high = 3600.0, .low_open = true};
+
 /// Of a grip or a release.
 struct FingerMotion : GripParameters {
   bool opens = false;
@@ -28,6 +30,7 @@ const kinematics::JointVector& position_of(const device::Arm& arm) {
 /// How things were when the fingers stood.
 struct GripOutcome {
   std::optional<bool> holding;  ///< nothing: it did not answer
+  bool timed_out = false;       ///< the fingers were not at rest in time
   std::optional<double> width;  ///< m
   kinematics::JointVector q;    ///< of the arm that carries the gripper
 };
@@ -77,12 +80,39 @@ void update_belief(const FingerMotion& parameters, const GripOutcome& outcome, C
   command::tell_tool_settings(context.cell);
 }
 
+command::FingerParameters fingers_of(const FingerMotion& parameters) {
+  return {.width = parameters.width,
+          .speed = parameters.speed,
+          .force = parameters.force,
+          .timeout = parameters.timeout};
+}
+
+/// Fingers that have not come to rest hold nothing that anybody could rely on.
+/// @param step  its name
+void report_timeout(const FingerMotion& parameters, const std::string& step, double width,
+                    const device::GripperDescription& figures, Diagnostics& diagnostics) {
+  const double wanted = parameters.width.value_or(parameters.opens ? figures.stroke : 0.0);
+  diagnostics.error(
+      Code::kTimeout, {},
+      fmt::format("'{}': the fingers of '{}' were not at rest within {:.3g} s: they were to {} to {:.1f} mm{}, and are "
+                  "{:.1f} mm apart",
+                  step, parameters.gripper, command::finger_timeout(fingers_of(parameters), figures),
+                  parameters.opens ? "open" : "close", 1e3 * wanted, parameters.opens ? "" : " or a part", 1e3 * width),
+      "free its fingers, check its power and its wiring, or give it a longer \"timeout_s\"");
+}
+
 /// What has come of it: whether that is what was expected, and what the arm carries now.
-void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics) {
-  const auto& [holding, width, q] = outcome;
+/// @param step  its name
+void note_grip(const FingerMotion& parameters, const std::string& step, const GripOutcome& outcome, Context& context,
+               Diagnostics& diagnostics) {
+  const auto& [holding, timed_out, width, q] = outcome;
   if (!holding || !width) {
     return diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", parameters.gripper),
                              "check its power and its wiring");
+  }
+  if (timed_out) {
+    const auto& gripper = *context.cell.grippers.find(parameters.gripper)->second.device;
+    return report_timeout(parameters, step, *width, gripper.description(), diagnostics);
   }
   context.event(parameters.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
   if (parameters.expect == GripParameters::Expect::kPart && !*holding) {
@@ -131,8 +161,7 @@ class GripperCommand final : public OperationCommand {
   explicit GripperCommand(FingerMotion parameters) : parameters_(std::move(parameters)) {}
 
   [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
-    const command::FingerParameters fingers{
-        .width = parameters_.width, .speed = parameters_.speed, .force = parameters_.force};
+    const command::FingerParameters fingers = fingers_of(parameters_);
     MadeCommand made = on_actuator(command::gripper(making.cell, parameters_.gripper),
                                    parameters_.opens ? command::release(fingers) : command::grip(fingers));
     made.places = {{"/width", "/width_m"}, {"/speed", "/speed_m_s"}, {"/force", "/force_N"}};
@@ -140,12 +169,14 @@ class GripperCommand final : public OperationCommand {
     if (is_alone()) {
       // Nothing comes after it: what it shows when it has ended is what counts.
       gripped.observe(key + " holding", BooleanSensor(made.action->state("holding").node()));
+      gripped.observe(key + " overdue", BooleanSensor(made.action->state("overdue").node()));
       gripped.observe(key + " width", made.action->value("width"));
       return made;
     }
     // Later commands may move on before anybody looks.
     const command::State stands = gripped.completed() && !gripped.cancelled();
     gripped.observe(key + " stands", BooleanSensor(stands.node()));
+    gripped.capture(key + " overdue", BooleanSensor(made.action->state("overdue").node()), stands);
     gripped.capture(key + " holding",
                     BooleanSensor(command::gripper_state(making.cell, parameters_.gripper, "holding").node()), stands);
     gripped.capture(key + " width", command::gripper_width(making.cell, parameters_.gripper), stands);
@@ -169,12 +200,13 @@ class GripperCommand final : public OperationCommand {
     if (is_alone() ? cancelled : !ended.was_true(key + " stands")) return;
     if (!is_there(context.cell)) return check(context.cell, diagnostics);  // its changer has lost it meanwhile
     GripOutcome outcome{.holding = ended.value<net::Boolean>(key + " holding"),
+                        .timed_out = ended.value<net::Boolean>(key + " overdue").value_or(false),
                         .width = ended.value<net::Real>(key + " width"),
                         .q = {}};
     if (is_alone()) outcome.q = position_of(*context.cell.arms.find(arm(context.cell))->second.device);
     if (const auto q = ended.value<net::JointArray>(key + " q")) outcome.q = q->map();
     Diagnostics own;
-    note_grip(parameters_, outcome, context, own);
+    note_grip(parameters_, name, outcome, context, own);
     diagnostics.append(own, pointer);
   }
 
@@ -196,7 +228,9 @@ ParameterTable<P> finger_parameters() {
   table.name("gripper", NameOf::kGripper, &P::gripper, "Gripper that moves.")
       .number("width_m", "m", &P::width, kNotNegative, "Width to move to: 0 to close, the stroke to open.")
       .number("speed_m_s", "m/s", &P::speed, kPositive, "Speed of the fingers: a quarter of the fastest.")
-      .number("force_N", "N", &P::force, kPositive, "Gripping force: half of the largest.");
+      .number("force_N", "N", &P::force, kPositive, "Gripping force: half of the largest.")
+      .number("timeout_s", "s", &P::timeout, kFingerTime,
+              "The step fails if the fingers are not at rest by then: time for twice the stroke, and 1 s.");
   return table;
 }
 
@@ -207,6 +241,7 @@ FingerMotion opening(const ReleaseParameters& parameters) {
            .width = parameters.width,
            .speed = parameters.speed,
            .force = parameters.force,
+           .timeout = parameters.timeout,
            .expect = GripParameters::Expect::kAny,
            .name = parameters.name,
            .pointer = parameters.pointer},

@@ -16,6 +16,7 @@ namespace takt::activity {
 struct GripParameters {
   std::string gripper = {};                                  ///< empty: the only one
   std::optional<double> width = {}, speed = {}, force = {};  ///< m, m/s, N
+  std::optional<double> timeout = {};                        ///< s, until the fingers are at rest
   enum class Expect { kPart, kNothing, kAny } expect = Expect::kPart;
   std::optional<std::string> part = {};  ///< object that is gripped; nothing: the free one between the fingers
   double part_mass = 0.0;                ///< kg, checked against what the object weighs; 0: not checked
@@ -24,6 +25,7 @@ struct GripParameters {
 struct ReleaseParameters {
   std::string gripper = {};                                  ///< empty: the only one
   std::optional<double> width = {}, speed = {}, force = {};  ///< m, m/s, N
+  std::optional<double> timeout = {};                        ///< s, until the fingers are at rest
   std::optional<std::string> onto = {};                      ///< that the part stands on then; nothing: what is there
   std::string name = {}, pointer = {};                       ///< for people; in its file
 };

@@ -174,15 +174,21 @@ TEST(ConnectionFaults, AGripperThatIsGoneFailsItsStep) {
   EXPECT_THAT(ran.report.diagnostics, Reports(Code::kStopped, "/program/steps/0", {"grip", "gripper"}));
 }
 
-/// What it is told has no effect, so it never says that it has arrived: the step waits, and the time limit ends it.
-TEST(ConnectionFaults, JammedFingersDoNotMove) {
-  Description description = parsed(scenario(R"({"do": "grip", "name": "grip", "force_N": 20})",
-                                            R"({"at_s": 0, "do": "device", "device": "gripper", "fault": "jammed"})"));
-  description.time_limit_s = 5.0;
-  const auto ran = test::run_kept(std::move(description));
-  EXPECT_THAT(ran.report.diagnostics, Reports(Code::kTimeout, "/time_limit_s", {"grip"}));
+/// What it is told has no effect, so it never says that it has arrived: the step fails in time, and a program may go on.
+TEST(ConnectionFaults, JammedFingersFailTheirStepInTime) {
+  const std::string jammed = R"({"at_s": 0, "do": "device", "device": "gripper", "fault": "jammed"})";
+  const auto ran = test::run_kept(parsed(scenario(R"({"do": "grip", "name": "take it", "force_N": 20})", jammed)));
   const auto& gripper = *ran.cell().grippers.at("gripper").device;
-  EXPECT_NEAR(gripper.sample().width, gripper.description().stroke, 1e-4) << "as open as at the start";
+  const device::GripperDescription& figures = gripper.description();
+  EXPECT_THAT(ran.report.diagnostics,
+              Reports(Code::kTimeout, "/program/steps/0", {"take it", "'gripper'", "close to 0.0 mm", "110.0 mm"}));
+  EXPECT_NEAR(ran.report.sim_time, 2.0 * figures.stroke / (0.25 * figures.speed_max) + 1.0, 0.01);
+  EXPECT_NEAR(gripper.sample().width, figures.stroke, 1e-4) << "as open as at the start";
+  const auto handled = test::run_kept(parsed(
+      scenario(R"({"do": "try", "steps": [{"do": "grip", "timeout_s": 0.3}], "on_error": {"steps": [{"do": "log", "text": "jammed"}]}})",
+               jammed)));
+  EXPECT_EQ(handled.report.verdict, Verdict::kPassed) << handled.report.diagnostics.to_string();
+  EXPECT_NEAR(handled.report.sim_time, 0.3, 0.01);
 }
 
 TEST(ConnectionFaults, JammedFingersGoOnWhenTheyAreFree) {

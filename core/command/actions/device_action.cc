@@ -137,6 +137,10 @@ class FollowValue final : public ActionModel {
   ExpressionPtr value_;
 };
 
+double speed_of(const FingerParameters& parameters, const device::GripperDescription& gripper) {
+  return parameters.speed.value_or(0.25 * gripper.speed_max);
+}
+
 class GripModel final : public ActionModel {
  public:
   GripModel(bool opens, const FingerParameters& parameters) : opens_(opens), parameters_(parameters) {}
@@ -162,15 +166,21 @@ class GripModel final : public ActionModel {
     fragment.add("state", "GripperState", {{"device", actuator.name()}});
     add_linked(fragment, "standing", "Not", {{"input", "state.moving"}});
     add_linked(fragment, "stood", "OnDelay", {{"input", "standing.value"}}, {{"delay", kStanding_s}});
+    add_linked(fragment, "at_rest", "DefaultToBoolean", {{"input", "stood.value"}}, {{"fallback", false}});
+    fragment.add("time_over", "OnDelay", {{"input", true}, {"delay", finger_timeout(parameters_, gripper)}});
+    add_linked(fragment, "ended", "Or", {{"a", "at_rest.value"}, {"b", "time_over.value"}});
+    add_linked(fragment, "not_at_rest", "Not", {{"input", "at_rest.value"}});
+    add_linked(fragment, "late", "And", {{"a", "time_over.value"}, {"b", "not_at_rest.value"}});
     return {
         .set_point = {.kind = SetPointKind::kGrip,
                       .ports = {},
                       .constants = {{"width", width(gripper)}, {"speed", speed(gripper)}, {"force", force(gripper)}}},
-        .done = Signal::at(fragment.gate_with_cancel("done", "Or", "stood.value"))};
+        .done = Signal::at(fragment.gate_with_cancel("done", "Or", "ended.value"))};
   }
 
-  [[nodiscard]] std::vector<std::string> states() const override { return {"holding", "error", "width"}; }
+  [[nodiscard]] std::vector<std::string> states() const override { return {"holding", "error", "overdue", "width"}; }
   [[nodiscard]] std::string add_state(FragmentWriter&, const std::string& name, const Json&) const override {
+    if (name == "overdue") return "late.value";
     return name == "error" ? "state.lost" : "state." + name;
   }
 
@@ -178,7 +188,7 @@ class GripModel final : public ActionModel {
   double width(const device::GripperDescription& g) const {
     return parameters_.width.value_or(opens_ ? g.stroke : 0.0);
   }
-  double speed(const device::GripperDescription& g) const { return parameters_.speed.value_or(0.25 * g.speed_max); }
+  double speed(const device::GripperDescription& g) const { return speed_of(parameters_, g); }
   double force(const device::GripperDescription& g) const { return parameters_.force.value_or(0.5 * g.force_max); }
 
   bool opens_;
@@ -210,6 +220,11 @@ Action set_value(bool value) { return Action(std::make_shared<const SetDigital>(
 Action set_value(double value) { return Action(std::make_shared<const SetAnalog>(value)); }
 Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
 Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
+double finger_timeout(const FingerParameters& parameters, const device::GripperDescription& gripper) {
+  constexpr double kMargin = 2.0;    // what accelerates, or obeys a lower speed than it is told
+  constexpr double kToAnswer_s = 1.0;
+  return parameters.timeout.value_or(kMargin * gripper.stroke / speed_of(parameters, gripper) + kToAnswer_s);
+}
 Action grip(const FingerParameters& parameters) { return Action(std::make_shared<const GripModel>(false, parameters)); }
 Action release(const FingerParameters& parameters) {
   return Action(std::make_shared<const GripModel>(true, parameters));

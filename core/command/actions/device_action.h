@@ -17,13 +17,18 @@ namespace takt::command {
 /// An analog output is what a sensor says until it is cancelled; the guard refuses what is too fast.
 [[nodiscard]] Action follow_value(const RealSensor& sensor);
 
-/// How a gripper closes or opens; what is not given: closed or open, a quarter of its speed, half of its force.
+/// How a gripper closes or opens; what is not given: closed or open, a quarter of its speed, half of its force, and
+/// time for the whole stroke at that speed twice over and a second more.
 struct FingerParameters {
-  std::optional<double> width = {};  ///< m
-  std::optional<double> speed = {};  ///< m/s
-  std::optional<double> force = {};  ///< N
+  std::optional<double> width = {};    ///< m
+  std::optional<double> speed = {};    ///< m/s
+  std::optional<double> force = {};    ///< N
+  std::optional<double> timeout = {};  ///< s
 };
-/// Done when the fingers are at rest: at the width, or at a part. Offers `holding`, and `error`: the part was lost.
+/// Within which the fingers have to be at rest, s.
+[[nodiscard]] double finger_timeout(const FingerParameters& parameters, const device::GripperDescription& gripper);
+/// Done when the fingers are at rest, at the width or at a part, or when the time is over. Offers `holding`, `error`:
+/// the part was lost, and `overdue`.
 [[nodiscard]] Action grip(const FingerParameters& parameters = {});
 [[nodiscard]] Action release(const FingerParameters& parameters = {});
 

@@ -81,6 +81,22 @@ std::vector<BrokenRun> devices() {
        [](int cycle, ActivityCell& cell) {
          if (cycle >= 10) cell.fingers->answer(device::GripperState::kHolding, 0.04);
        }},
+      {R"({"do": "grip", "timeout_s": 0.1})",
+       "",
+       Code::kTimeout,
+       {"gripper", "0.1", "close to 0.0 mm", "110.0 mm", "timeout_s"},
+       [](int, ActivityCell& cell) {
+         cell.fingers->sample.stamp = cell.core.time();
+         cell.fingers->sample.width = 0.11;
+       }},
+      {R"({"do": "release", "width_m": 0.08, "timeout_s": 0.1})",
+       "",
+       Code::kTimeout,
+       {"gripper", "0.1", "open to 80.0 mm", "60.0 mm", "timeout_s"},
+       [](int, ActivityCell& cell) {
+         cell.fingers->sample.stamp = cell.core.time();
+         cell.fingers->answer(device::GripperState::kMoving, 0.06);
+       }},
       {R"({"do": "set", "output": "lamp", "value": true})",
        "",
        Code::kNotPossibleNow,
