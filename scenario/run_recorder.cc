@@ -121,7 +121,8 @@ void RunRecorder::add_channels(bool expects) {
   for (const auto& [name, sensor] : built_.cell.sensors) {
     const std::string frame = wrench_frame(built_, name, sensor);
     sensors_.push_back({&sensor, recorder_->add_wrench(device_topic(name) + "/wrench", frame),
-                        recorder_->add_wrench(device_topic(name) + "/contact_wrench", frame), name});
+                        recorder_->add_wrench(device_topic(name) + "/contact_wrench", frame),
+                        command::ContactWrenchReader(built_.cell, name)});
   }
   for (const auto& [name, gripper] : built_.cell.grippers) {
     grippers_.push_back(
@@ -268,9 +269,9 @@ void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts, const
 
 void RunRecorder::write_contact_wrenches(const command::Biases& biases) {
   constexpr double kNull = std::numeric_limits<double>::quiet_NaN();
-  for (const SensorChannel& channel : sensors_) {
+  for (SensorChannel& channel : sensors_) {
     std::array<double, 6> row{kNull, kNull, kNull, kNull, kNull, kNull};
-    if (const auto felt = contact_wrench(built_.cell, channel.name, biases).now()) {
+    if (const auto felt = channel.felt.now(biases)) {
       std::copy_n(felt->force.data(), 3, row.begin());
       std::copy_n(felt->torque.data(), 3, row.begin() + 3);
     }

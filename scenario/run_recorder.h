@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/expression/device_sensors.h"
+#include "core/expression/contact_reader.h"
 #include "record/recorder.h"
 #include "scenario/cell_builder.h"
 #include "scenario/contact_forces.h"
@@ -54,7 +54,7 @@ class RunRecorder {
   struct SensorChannel {
     const command::MountedSensor* sensor;
     record::ChannelId wrench, contact;
-    std::string name;
+    command::ContactWrenchReader felt;
   };
   struct GripperChannel {
     const command::MountedGripper* gripper;

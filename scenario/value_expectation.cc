@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/expression/contact_reader.h"
 #include "core/program/language/value_template.h"
 #include "scenario/part_expectations.h"
 #include "scenario/step_window.h"
@@ -65,7 +66,9 @@ class ValueExpectation final : public Expectation {
     if (!during_.inside()) return;
     ++cycles_;
     Diagnostics wrong;
-    const Value value = value_.value(context(EvalContext::Mode::kRun, built), wrong);
+    EvalContext sight = context(EvalContext::Mode::kRun, built);
+    sight.readers = &readers_;
+    const Value value = value_.value(sight, wrong);
     if (value.null() || wrong.has_errors()) return;
     ++known_;
     sum_ += value.number();
@@ -121,6 +124,7 @@ class ValueExpectation final : public Expectation {
   std::string text_, unit_;
   ValueTemplate value_;
   const activity::Variables* variables_ = nullptr;  ///< of the run
+  command::ContactReaders readers_;
   std::int64_t cycles_ = 0, known_ = 0, within_ = 0;
   double sum_ = 0.0, least_ = kEverything, greatest_ = -kEverything;
 };

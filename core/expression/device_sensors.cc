@@ -209,6 +209,28 @@ WrenchSensor contact_wrench(const Cell& cell, const std::string& name, const Bia
   return WrenchSensor(named(contact.node(), id_of("sensor", name) + "-contact"));
 }
 
+bool ContactConstants::operator==(const ContactConstants& other) const {
+  const auto same = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) { return a.matrix() == b.matrix(); };
+  return sensor == other.sensor && arm == other.arm && frames == other.frames && same(X_FS, other.X_FS) &&
+         X_WB.has_value() == other.X_WB.has_value() && (!X_WB || same(*X_WB, *other.X_WB)) &&
+         carried.mass == other.carried.mass && carried.p_OC == other.carried.p_OC && bias.force == other.bias.force &&
+         bias.torque == other.bias.torque;
+}
+
+ContactConstants contact_constants(const Cell& cell, const std::string& name, const Biases& biases) {
+  ContactConstants constants{.sensor = name};
+  const auto found = cell.sensors.find(name);
+  if (found == cell.sensors.end()) return constants;
+  const MountedSensor& sensor = found->second;
+  constants.arm = sensor.arm;
+  constants.frames = cell.frames.changes();
+  constants.X_FS = sensor.X_FS;
+  if (const auto X_WB = cell.frames.pose(sensor.arm)) constants.X_WB = *X_WB;
+  constants.carried = carried_by(cell, sensor);
+  if (const auto bias = biases.find(name); bias != biases.end()) constants.bias = bias->second;
+  return constants;
+}
+
 RealSensor gripper_width(const Cell& cell, const std::string& gripper) {
   return RealSensor(gripper_output(ValueType::kReal, cell, gripper, "width"));
 }

@@ -37,6 +37,20 @@ namespace takt::command {
 /// Without weight and tared bias; a sensor that was never tared has none.
 [[nodiscard]] WrenchSensor contact_wrench(const Cell& cell, const std::string& sensor, const Biases& biases = {});
 
+/// All that contact_wrench() writes into its formula. It is worth the same as long as these are equal.
+struct ContactConstants {
+  std::string sensor = {}, arm = {};
+  std::uint64_t frames = 0;  ///< FrameGraph::changes()
+  Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
+  std::optional<Eigen::Isometry3d> X_WB = {};  ///< nothing: the base moves
+  world::MassProperties carried = {};
+  net::Wrench bias = {};
+
+  [[nodiscard]] bool operator==(const ContactConstants& other) const;
+};
+/// No such sensor: nothing but its name.
+[[nodiscard]] ContactConstants contact_constants(const Cell& cell, const std::string& sensor, const Biases& biases);
+
 // Of a gripper. Outputs of the primitive GripperState: "moving", "holding", "lost", "open", "closed".
 [[nodiscard]] RealSensor gripper_width(const Cell& cell, const std::string& gripper);  ///< m
 [[nodiscard]] RealSensor gripper_force(const Cell& cell, const std::string& gripper);  ///< N

@@ -137,28 +137,63 @@ Diagnostics faults_of(const ExpressionPtr& node) {
 }
 
 template <class T>
-std::optional<T> evaluate(const ExpressionPtr& node) {
-  if (faults_of(node).has_errors() || !subjects_of(node).empty()) return std::nullopt;
+struct CompiledFormula<T>::Net {
+  ExpressionPtr node;
+  std::unique_ptr<net::CompiledNet> compiled;
+  const net::Slot<T>* slot = nullptr;
+};
+
+template <class T>
+CompiledFormula<T>::CompiledFormula(const ExpressionPtr& node) {
+  if (faults_of(node).has_errors() || !subjects_of(node).empty()) return;
   NetWriter writer;
   const std::string port = writer.port_of(node);
   writer.net.add("end", "Termination", {{"condition", true}});
   OwnResources resources(node);
-  const auto net = net::CompiledNet::compile(writer.net, resources);
-  if (!net) return std::nullopt;
-  (*net)->evaluate({});
+  auto net = net::CompiledNet::compile(writer.net, resources);
+  if (!net) return;
   const auto* slot = (*net)->template find<T>(port);
-  return slot == nullptr || slot->null != 0 ? std::nullopt : std::optional<T>(slot->value);
+  if (slot != nullptr) net_ = std::make_unique<Net>(Net{node, std::move(*net), slot});
+}
+template <class T>
+CompiledFormula<T>::~CompiledFormula() = default;
+template <class T>
+CompiledFormula<T>::CompiledFormula(CompiledFormula&&) noexcept = default;
+template <class T>
+CompiledFormula<T>& CompiledFormula<T>::operator=(CompiledFormula&&) noexcept = default;
+
+template <class T>
+std::optional<T> CompiledFormula<T>::now() {
+  if (!net_) return std::nullopt;
+  net_->compiled->evaluate({});
+  if (net_->compiled->signals().fail) return std::nullopt;
+  return net_->slot->null != 0 ? std::nullopt : std::optional<T>(net_->slot->value);
 }
 
+template <class T>
+std::optional<T> evaluate(const ExpressionPtr& node) {
+  return CompiledFormula<T>(node).now();
+}
+
+template class CompiledFormula<net::Boolean>;
 template std::optional<net::Boolean> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Integer>;
 template std::optional<net::Integer> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Real>;
 template std::optional<net::Real> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Text>;
 template std::optional<net::Text> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Vector>;
 template std::optional<net::Vector> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Rotation>;
 template std::optional<net::Rotation> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Frame>;
 template std::optional<net::Frame> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Twist>;
 template std::optional<net::Twist> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::Wrench>;
 template std::optional<net::Wrench> evaluate(const ExpressionPtr&);
+template class CompiledFormula<net::JointArray>;
 template std::optional<net::JointArray> evaluate(const ExpressionPtr&);
 
 }  // namespace takt::command

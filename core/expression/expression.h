@@ -90,4 +90,22 @@ struct Operand {
 template <class T>
 [[nodiscard]] std::optional<T> evaluate(const ExpressionPtr& node);
 
+/// The same for a formula that is read again and again: it is compiled once, and each reading is a cycle of its
+/// primitives. Devices that it names outlive it.
+/// Thread: the one that steps the core, between cycles. Realtime: setup; now() any.
+template <class T>
+class CompiledFormula {
+ public:
+  explicit CompiledFormula(const ExpressionPtr& node);
+  ~CompiledFormula();
+  CompiledFormula(CompiledFormula&&) noexcept;
+  CompiledFormula& operator=(CompiledFormula&&) noexcept;
+
+  [[nodiscard]] std::optional<T> now();
+
+ private:
+  struct Net;
+  std::unique_ptr<Net> net_;  ///< none: there is no value
+};
+
 }  // namespace takt::command

@@ -8,7 +8,7 @@
 
 #include "core/base/diagnostics.h"
 #include "core/base/time.h"
-#include "core/expression/cell.h"
+#include "core/expression/contact_reader.h"
 #include "core/program/language/value.h"
 
 namespace takt::activity {
@@ -26,7 +26,8 @@ struct EvalContext {
   const Variables* measured = nullptr;  ///< in a run
   /// In a rehearsal: where the arms would be, rad or m.
   const std::map<std::string, kinematics::JointVector, std::less<>>* q = nullptr;
-  Nanoseconds time = 0;  ///< simulated, in a run
+  Nanoseconds time = 0;                        ///< simulated, in a run
+  command::ContactReaders* readers = nullptr;  ///< of who asks in every cycle; null: each answer is compiled anew
 
   [[nodiscard]] bool rehearsing() const { return mode == Mode::kRehearse; }
   [[nodiscard]] bool running() const { return mode == Mode::kRun; }

@@ -1,6 +1,7 @@
 // The functions of the language of expressions.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -333,17 +334,36 @@ Value monitor(Call& call) {
   return json->is_boolean() ? Value::of(json->get<bool>()) : Value{};
 }
 
+/// A formula over contact wrenches, now.
+Value contact_value(const Call& call, const net::Dimension& unit, const std::string& name,
+                    const std::vector<std::string>& sensors, const std::function<command::RealSensor()>& formula) {
+  std::optional<double> felt;
+  if (call.sight.readers == nullptr) {
+    felt = formula().now();
+  } else {
+    std::vector<command::ContactConstants> constants;
+    std::string key = name;
+    for (const std::string& sensor : sensors) {
+      constants.push_back(command::contact_constants(*call.sight.cell, sensor, call.sight.measured->biases));
+      key += '/' + sensor;
+    }
+    felt = (*call.sight.readers)[key].now(std::move(constants), formula);
+  }
+  return felt ? Value::of(*felt, unit) : Value::unknown(Type::number(unit));
+}
+
 /// What conditions compare, now: the same formula, so weight and tared offset are removed.
 template <Quantity quantity>
 Value contact(Call& call) {
   const net::Dimension unit = unit_dimension(command::is_torque(quantity) ? "Nm" : "N");
   const Value unknown = Value::unknown(Type::number(unit));
   if (!call.sight.cell) return unknown;
-  const auto found = device_of(call, call.sight.cell->sensors, "force/torque sensor");
-  if (found == call.sight.cell->sensors.end() || !call.sight.running() || !call.sight.measured) return unknown;
-  const auto& biases = call.sight.measured->biases;
-  const auto felt = command::contact_quantity(*call.sight.cell, found->first, quantity, biases).now();
-  return felt ? Value::of(*felt, unit) : unknown;
+  const command::Cell& cell = *call.sight.cell;
+  const auto found = device_of(call, cell.sensors, "force/torque sensor");
+  if (found == cell.sensors.end() || !call.sight.running() || !call.sight.measured) return unknown;
+  const std::string& sensor = found->first;
+  return contact_value(call, unit, std::to_string(static_cast<int>(quantity)), {sensor},
+                       [&] { return command::contact_quantity(cell, sensor, quantity, call.sight.measured->biases); });
 }
 
 /// What two arms do to the part that both hold, now: the formula of the condition of this name.
@@ -351,14 +371,14 @@ Value internal_force(Call& call) {
   const net::Dimension newton = unit_dimension("N");
   const Value unknown = Value::unknown(Type::number(newton));
   if (!call.sight.cell) return unknown;
-  const auto& sensors = call.sight.cell->sensors;
-  const auto one = device_of(call, sensors, "force/torque sensor", 0);
-  const auto other = device_of(call, sensors, "force/torque sensor", 1);
-  const bool there = one != sensors.end() && other != sensors.end();
+  const command::Cell& cell = *call.sight.cell;
+  const auto one = device_of(call, cell.sensors, "force/torque sensor", 0);
+  const auto other = device_of(call, cell.sensors, "force/torque sensor", 1);
+  const bool there = one != cell.sensors.end() && other != cell.sensors.end();
   if (!there || !call.sight.running() || !call.sight.measured) return unknown;
-  const auto felt =
-      command::internal_force(*call.sight.cell, one->first, other->first, call.sight.measured->biases).now();
-  return felt ? Value::of(*felt, newton) : unknown;
+  return contact_value(call, newton, "internal_force", {one->first, other->first}, [&] {
+    return command::internal_force(cell, one->first, other->first, call.sight.measured->biases);
+  });
 }
 
 Value time(Call& call) {

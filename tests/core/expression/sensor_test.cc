@@ -6,6 +6,7 @@
 
 #include "core/command/check.h"
 #include "core/command/mapping.h"
+#include "core/expression/contact_reader.h"
 #include "core/expression/frame_sensors.h"
 #include "core/kinematics/link_path.h"
 #include "tests/core/command/command_cell.h"
@@ -118,6 +119,39 @@ TEST_F(SensorTest, WeightIsTakenAwayHoweverAMovingBaseIsTurned) {
     cell.step(2);
     EXPECT_LT(norm(force(cell.felt())).now().value_or(1.0), 1e-9) << angle;
   }
+}
+
+// What it consists of may change between two readings; the sensor and the arm do in any case.
+TEST_F(SensorTest, AReaderOfContactsReadsWhatTheFormulaSays) {
+  ContactWrenchReader reader(cell.cell, "wrist");
+  Biases biases;
+  const auto expect_the_same = [&](const char* after) {
+    const auto wrench = contact_wrench(cell.cell, "wrist", biases).now();
+    const auto read = reader.now(biases);
+    ASSERT_EQ(read.has_value(), wrench.has_value()) << after;
+    if (!read) return;
+    EXPECT_EQ(read->force, wrench->force) << after;
+    EXPECT_EQ(read->torque, wrench->torque) << after;
+  };
+  expect_the_same("nothing was measured yet");
+  cell.step(2);
+  expect_the_same("a reading");
+  cell.X_WB.linear() = Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  cell.step(2);
+  expect_the_same("another reading");
+  const auto before = reader.now(biases);
+  biases["wrist"].force = {1.0, -2.0, 3.0};
+  expect_the_same("a tare");
+  EXPECT_NE(reader.now(biases)->force, before->force);
+  cell.cell.sensors.at("wrist").tool_mass += 0.5;
+  expect_the_same("a heavier tool");
+  ASSERT_TRUE(cell.cell.frames.set("arm", "world", cell.X_WB).empty());
+  expect_the_same("the arm stands in another way");
+  cell.sensor->silent = true;
+  cell.step(200);
+  expect_the_same("silence");
+  EXPECT_FALSE(reader.now(biases));
+  EXPECT_FALSE(ContactWrenchReader(cell.cell, "wirst").now(biases));
 }
 
 TEST_F(SensorTest, ASensorStandsOnceInANetHoweverManyUseIt) {
