@@ -146,8 +146,8 @@ void Writer::flush_open_chunk() {
   if (!error_.empty() || raw_.empty() || !encode_chunk()) return;
   if (record_bytes_.size() + kRecordHead > slot_bytes_) return close_chunk();
   // Two slots behind a filler record; the new content goes into the one that the filler does not lead to, then the
-  // filler's head is turned. What lies behind a chunk in the first slot is covered by a second filler: of the zeros of a
-  // hole readers would make records.
+  // filler's head is turned. What lies behind a chunk in the first slot is covered by a second filler: of the zeros of
+  // a hole readers would make records.
   const int slot = live_slot_ == 0 ? 1 : 0;
   const std::uint64_t start = end_ + kRecordHead + slot_bytes_ * static_cast<std::uint64_t>(slot + 1);
   const std::uint64_t stop = start + record_bytes_.size();

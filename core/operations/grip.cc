@@ -81,30 +81,26 @@ void update_belief(const FingerMotion& parameters, const GripOutcome& outcome, C
 }
 
 command::FingerParameters fingers_of(const FingerMotion& parameters) {
-  return {.width = parameters.width,
-          .speed = parameters.speed,
-          .force = parameters.force,
-          .timeout = parameters.timeout};
+  return {
+      .width = parameters.width, .speed = parameters.speed, .force = parameters.force, .timeout = parameters.timeout};
 }
 
 /// Fingers that have not come to rest hold nothing that anybody could rely on.
-/// @param step  its name
-void report_timeout(const FingerMotion& parameters, const std::string& step, double width,
-                    const device::GripperDescription& figures, Diagnostics& diagnostics) {
+void report_timeout(const FingerMotion& parameters, double width, const device::GripperDescription& figures,
+                    Diagnostics& diagnostics) {
   const double wanted = parameters.width.value_or(parameters.opens ? figures.stroke : 0.0);
   diagnostics.error(
       Code::kTimeout, {},
-      fmt::format("'{}': the fingers of '{}' were not at rest within {:.3g} s: they were to {} to {:.1f} mm{}, and are "
-                  "{:.1f} mm apart",
-                  step, parameters.gripper, command::finger_timeout(fingers_of(parameters), figures),
-                  parameters.opens ? "open" : "close", 1e3 * wanted, parameters.opens ? "" : " or a part", 1e3 * width),
+      fmt::format(
+          "the fingers of '{}' were not at rest within {:.3g} s: they were to {} to {:.1f} mm{}, and are {:.1f} mm "
+          "apart",
+          parameters.gripper, command::finger_timeout(fingers_of(parameters), figures),
+          parameters.opens ? "open" : "close", 1e3 * wanted, parameters.opens ? "" : " or a part", 1e3 * width),
       "free its fingers, check its power and its wiring, or give it a longer \"timeout_s\"");
 }
 
 /// What has come of it: whether that is what was expected, and what the arm carries now.
-/// @param step  its name
-void note_grip(const FingerMotion& parameters, const std::string& step, const GripOutcome& outcome, Context& context,
-               Diagnostics& diagnostics) {
+void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics) {
   const auto& [holding, timed_out, width, q] = outcome;
   if (!holding || !width) {
     return diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", parameters.gripper),
@@ -112,7 +108,7 @@ void note_grip(const FingerMotion& parameters, const std::string& step, const Gr
   }
   if (timed_out) {
     const auto& gripper = *context.cell.grippers.find(parameters.gripper)->second.device;
-    return report_timeout(parameters, step, *width, gripper.description(), diagnostics);
+    return report_timeout(parameters, *width, gripper.description(), diagnostics);
   }
   context.event(parameters.gripper, *holding ? "holding" : "standing", fmt::format("{:.5f} m", *width));
   if (parameters.expect == GripParameters::Expect::kPart && !*holding) {
@@ -206,7 +202,7 @@ class GripperCommand final : public OperationCommand {
     if (is_alone()) outcome.q = position_of(*context.cell.arms.find(arm(context.cell))->second.device);
     if (const auto q = ended.value<net::JointArray>(key + " q")) outcome.q = q->map();
     Diagnostics own;
-    note_grip(parameters_, name, outcome, context, own);
+    note_grip(parameters_, outcome, context, own);
     diagnostics.append(own, pointer);
   }
 

@@ -178,16 +178,16 @@ TEST(ConnectionFaults, AGripperThatIsGoneFailsItsStep) {
 /// on.
 TEST(ConnectionFaults, JammedFingersFailTheirStepInTime) {
   const std::string jammed = R"({"at_s": 0, "do": "device", "device": "gripper", "fault": "jammed"})";
-  const auto ran = test::run_kept(parsed(scenario(R"({"do": "grip", "name": "take it", "force_N": 20})", jammed)));
+  const auto ran = test::run_kept(parsed(scenario(R"({"do": "grip", "name": "grip", "force_N": 20})", jammed)));
   const auto& gripper = *ran.cell().grippers.at("gripper").device;
   const device::GripperDescription& figures = gripper.description();
   EXPECT_THAT(ran.report.diagnostics,
-              Reports(Code::kTimeout, "/program/steps/0", {"take it", "'gripper'", "close to 0.0 mm", "110.0 mm"}));
+              Reports(Code::kTimeout, "/program/steps/0", {"'gripper'", "close to 0.0 mm", "110.0 mm"}));
   EXPECT_NEAR(ran.report.sim_time, 2.0 * figures.stroke / (0.25 * figures.speed_max) + 1.0, 0.01);
   EXPECT_NEAR(gripper.sample().width, figures.stroke, 1e-4) << "as open as at the start";
-  const auto handled = test::run_kept(parsed(scenario(
-      R"({"do": "try", "steps": [{"do": "grip", "timeout_s": 0.3}], "on_error": {"steps": [{"do": "log", "text": "jammed"}]}})",
-      jammed)));
+  const std::string caught = R"({"do": "try", "steps": [{"do": "grip", "timeout_s": 0.3}],
+                                 "on_error": {"steps": [{"do": "log", "text": "jammed"}]}})";
+  const auto handled = test::run_kept(parsed(scenario(caught, jammed)));
   EXPECT_EQ(handled.report.verdict, Verdict::kPassed) << handled.report.diagnostics.to_string();
   EXPECT_NEAR(handled.report.sim_time, 0.3, 0.01);
 }

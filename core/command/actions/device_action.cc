@@ -221,7 +221,7 @@ Action set_value(double value) { return Action(std::make_shared<const SetAnalog>
 Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
 Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
 double finger_timeout(const FingerParameters& parameters, const device::GripperDescription& gripper) {
-  constexpr double kMargin = 2.0;    // what accelerates, or obeys a lower speed than it is told
+  constexpr double kMargin = 2.0;  // what accelerates, or obeys a lower speed than it is told
   constexpr double kToAnswer_s = 1.0;
   return parameters.timeout.value_or(kMargin * gripper.stroke / speed_of(parameters, gripper) + kToAnswer_s);
 }
