@@ -36,8 +36,17 @@ void MotionSamples::put_all(double time, std::vector<double>& q) {
   scene_.place_some({.q = q, .fixings = state_.fixings}, order_, poses_);
 }
 
-double MotionSamples::between(int body, int k, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
-                              double apart) const {
+/// Where the point is moves, and what it is seen from moves it as a point of its own would be that is there.
+double MotionSamples::travel_seen_from(int other, int body, int k) const {
+  const Body &seen = scene_.body(body), &from = scene_.body(other);
+  const Eigen::Isometry3d X_WB = pose(body, k), X_WO = pose(other, k);
+  const double furthest = (X_WB * seen.box.center() - X_WO * from.box.center()).norm() + seen.radius;
+  return between(body, k, X_WB, pose(body, k + 1), step()) +
+         between(other, k, X_WO, pose(other, k + 1), step(), std::max(0.0, furthest - from.radius));
+}
+
+double MotionSamples::between(int body, int k, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double apart,
+                              double beyond) const {
   const int row = row_of_[static_cast<std::size_t>(body)];
   if (row < 0) return 0.0;
   const Body& one = scene_.body(body);
@@ -47,7 +56,8 @@ double MotionSamples::between(int body, int k, const Eigen::Isometry3d& from, co
   const double turn = (to.linear() - from.linear()).norm() / std::numbers::sqrt2;
   // The chord, and twice by how much the path of any point can leave it: away from one end and from the other.
   const std::size_t of_step = bend_.size() > order_.size() ? order_.size() * static_cast<std::size_t>(k) : 0;
-  return shift + one.radius * turn + bend_[of_step + static_cast<std::size_t>(row)] * apart * apart / 4.0;
+  const Bend& bend = bend_[of_step + static_cast<std::size_t>(row)];
+  return shift + (one.radius + beyond) * turn + (bend.inside + beyond * bend.beyond) * apart * apart / 4.0;
 }
 
 std::vector<double> MotionSamples::q_at(double time) const {
@@ -79,16 +89,18 @@ void MotionSamples::add_curvature(const std::vector<double>& levers, const std::
                                   const std::vector<double>& fastest) {
   auto lever = levers.begin();
   for (std::size_t row = 0; row < order_.size(); ++row) {
-    double speed = 0.0, turn = 0.0, push = 0.0;
+    double speed = 0.0, turn = 0.0, push = 0.0, turn_push = 0.0;
     for (std::size_t j = 0; j < motion_.joints.size(); ++j, ++lever) {
       if (*lever < 0.0) continue;
       const Body& mover = scene_.body(body_of(motion_.joints[j]));
       const double arm = mover.prismatic ? 1.0 : *lever;
       push += arm * acceleration[j];
       speed += arm * fastest[j];
-      if (!mover.prismatic) turn += fastest[j];
+      if (mover.prismatic) continue;
+      turn += fastest[j];
+      turn_push += acceleration[j];
     }
-    bend_.push_back(push + 2.0 * turn * speed);
+    bend_.push_back({push + 2.0 * turn * speed, turn_push + 2.0 * turn * turn});
   }
 }
 

@@ -25,17 +25,25 @@ class MotionSamples {
     if (row >= 0) poses_[static_cast<std::size_t>(body)] = sampled_[index(row, k)];
   }
   [[nodiscard]] const Poses& poses() const { return poses_; }
+  [[nodiscard]] Eigen::Isometry3d pose(int body, int k) const {
+    const int row = row_of_[static_cast<std::size_t>(body)];
+    return row < 0 ? poses_[static_cast<std::size_t>(body)] : sampled_[index(row, k)];
+  }
   /// No point of a body travels further than this from sample 0 to sample k: grows with k. m
   [[nodiscard]] double travel(int body, int k) const {
     const int row = row_of_[static_cast<std::size_t>(body)];
     return row < 0 ? 0.0 : travel_[index(row, k)];
   }
+  /// Seen from another body no point of a body travels further than this from sample k to the next, m.
+  [[nodiscard]] double travel_seen_from(int other, int body, int k) const;
 
   /// Puts all that moves to any time, for looks between samples.
   void put_all(double time, std::vector<double>& q);
   /// The same bound as travel(), for two poses of a body within the step after sample k that are `apart` s apart.
   [[nodiscard]] double between(int body, int k, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
-                               double apart) const;
+                               double apart) const {
+    return between(body, k, from, to, apart, 0.0);
+  }
   [[nodiscard]] std::vector<double> q_at(double time) const;
 
  private:
@@ -45,6 +53,9 @@ class MotionSamples {
   [[nodiscard]] std::vector<double>& joints(int k) { return q_[static_cast<std::size_t>(k)]; }
   [[nodiscard]] const std::vector<double>& joints(int k) const { return q_[static_cast<std::size_t>(k)]; }
 
+  /// Of points that are carried along by a body, so far outside of its ball, m.
+  [[nodiscard]] double between(int body, int k, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                               double apart, double beyond) const;
   /// Largest acceleration of any point of each body: joints that accelerate, and turns of what turns. Of the whole
   /// motion, or of each step where steps are long.
   void find_curvature();
@@ -74,7 +85,12 @@ class MotionSamples {
   Poses poses_;
   std::vector<Eigen::Isometry3d> sampled_;
   std::vector<double> travel_;
-  std::vector<double> bend_;  ///< by row, or by step and row: largest acceleration of a point, m/s^2
+  /// Largest acceleration of a point, m/s^2.
+  struct Bend {
+    double inside = 0.0;  ///< of the body's ball
+    double beyond = 0.0;  ///< more for each m that it is further away, 1/s^2
+  };
+  std::vector<Bend> bend_;  ///< by row, or by step and row
 };
 
 }  // namespace takt::collision

@@ -7,12 +7,41 @@
 namespace takt::collision {
 namespace {
 
-/// From sample `from` the last one that no point of the body travels further to; the next one at least.
-int last_within(const MotionSamples& samples, int body, int from, double spacing) {
-  int to = from + 1;
-  while (to < samples.count() && samples.travel(body, to + 1) - samples.travel(body, from) <= spacing) ++to;
-  return to;
-}
+/// A body in the samples of a motion, from wherever it is seen.
+class SeenBody {
+ public:
+  SeenBody(const MotionSamples& samples, int body, const Viewpoint* view)
+      : samples_(samples), body_(body), view_(view), moves_(samples.moves(body)) {
+    if (view == nullptr || !samples.moves(view->body)) return;
+    moves_ = true;
+    travel_.push_back(0.0);
+    for (int k = 0; k < samples.count(); ++k)
+      travel_.push_back(travel_.back() + samples.travel_seen_from(view->body, body, k));
+  }
+
+  [[nodiscard]] bool moves() const { return moves_; }
+  [[nodiscard]] Eigen::Isometry3d pose(int k) const {
+    const Eigen::Isometry3d X_WB = samples_.pose(body_, k);
+    return view_ == nullptr ? X_WB : view_->X_WB * samples_.pose(view_->body, k).inverse() * X_WB;
+  }
+  /// No point travels further than this from sample 0 to sample k, m.
+  [[nodiscard]] double travel(int k) const {
+    return travel_.empty() ? samples_.travel(body_, k) : travel_[static_cast<std::size_t>(k)];
+  }
+  /// From sample `from` the last one that no point travels further to; the next one at least.
+  [[nodiscard]] int last_within(int from, double spacing) const {
+    int to = from + 1;
+    while (to < samples_.count() && travel(to + 1) - travel(from) <= spacing) ++to;
+    return to;
+  }
+
+ private:
+  const MotionSamples& samples_;
+  int body_;
+  const Viewpoint* view_;
+  bool moves_;
+  std::vector<double> travel_ = {};  ///< until each sample, where what it is seen from moves
+};
 
 bool same_pose(const SweptPose& a, const SweptPose& b) {
   return a.X_WB.matrix() == b.X_WB.matrix() && a.within == b.within;
@@ -28,18 +57,18 @@ int SweptSpace::source(const std::string& name) {
 }
 
 void add_swept(const Scene& scene, const State& state, const Trajectory& motion, std::span<const int> bodies,
-               double spacing, double begin, int source, SweptSpace& swept) {
-  MotionSamples samples(scene, state, motion);
+               double spacing, double begin, int source, SweptSpace& swept, const Viewpoint* view) {
+  const MotionSamples samples(scene, state, motion);
   for (const int body : bodies) {
+    const SeenBody seen(samples, body, view);
     std::vector<SweptPose>& poses = swept.bodies[body];
     double before = 0.0;  // what is travelled between the pose before and this one
     for (int k = 0; k <= samples.count();) {
-      const bool last = k == samples.count() || !samples.moves(body);
-      const int next = last ? samples.count() + 1 : last_within(samples, body, k, spacing);
-      const double after = last ? 0.0 : samples.travel(body, next) - samples.travel(body, k);
-      samples.put(body, k);
+      const bool last = k == samples.count() || !seen.moves();
+      const int next = last ? samples.count() + 1 : seen.last_within(k, spacing);
+      const double after = last ? 0.0 : seen.travel(next) - seen.travel(k);
       // A point between two poses is within half of the way of one of them.
-      const SweptPose pose{.X_WB = samples.poses()[static_cast<std::size_t>(body)],
+      const SweptPose pose{.X_WB = seen.pose(k),
                            .within = 0.5 * std::max(before, after),
                            .time = begin + samples.time(k),
                            .source = source};

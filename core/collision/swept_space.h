@@ -28,12 +28,19 @@ struct SweptSpace {
   [[nodiscard]] int source(const std::string& name);
 };
 
+/// From where a motion is seen: as if this body stood at X_WB and all else moved about it.
+struct Viewpoint {
+  int body = -1;
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+};
+
 /// Adds what these bodies sweep during a motion. One that stands still gets one pose.
 /// @param spacing  m, > 0: poses are so dense that no point travels further from one to the next, as far as the samples
 /// of the motion allow (4 ms)   @param begin  s: `time` of the first poses; NaN: not known
-/// @param source  of the poses. Realtime: setup, deterministic.
+/// @param source  of the poses   @param view  from where it is seen; null: from the world. Realtime: setup,
+/// deterministic.
 void add_swept(const Scene& scene, const State& state, const Trajectory& motion, std::span<const int> bodies,
-               double spacing, double begin, int source, SweptSpace& swept);
+               double spacing, double begin, int source, SweptSpace& swept, const Viewpoint* view = nullptr);
 
 /// The same poses, to the last bit.
 [[nodiscard]] bool same_space(const SweptSpace& a, const SweptSpace& b);

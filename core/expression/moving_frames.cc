@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "core/kinematics/chain.h"
@@ -54,6 +55,27 @@ command::Cell cell_at(const command::Cell& cell, const command::Places& places) 
   for (const auto& [name, q] : places)
     if (q.size() == 0) there.frames.see_arm(name, [](const std::string&) { return std::nullopt; });
   return there;
+}
+
+/// What rides on the same link, one by one up to the world, goes along with the other.
+std::set<std::string> movers_between(const world::FrameGraph& frames, std::string_view of, std::string_view in) {
+  using Ride = std::pair<std::string, std::string>;  // arm, link
+  const auto rides_of = [&frames](std::string_view name) {
+    std::vector<Ride> rides;
+    for (const std::string_view one : frames.path_to_world(name))
+      if (const auto* relation = frames.relation(one); relation->rides_on_arm())
+        rides.emplace_back(relation->source, relation->link);
+    return rides;
+  };
+  auto from = rides_of(of), to = rides_of(in);
+  while (!from.empty() && !to.empty() && from.back() == to.back()) {
+    from.pop_back();
+    to.pop_back();
+  }
+  from.insert(from.end(), to.begin(), to.end());
+  std::set<std::string> movers;
+  for (const Ride& ride : from) movers.insert(ride.first);
+  return movers;
 }
 
 bool moves(const world::FrameGraph& frames, std::string_view of, std::string_view in) {

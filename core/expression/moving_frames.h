@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -19,6 +20,10 @@ void see_flanges(command::Cell& cell);
 /// The cell as it is when arms are elsewhere: what moves with them is there too; on an arm whose position has
 /// size 0 it is unknown. Realtime: setup.
 [[nodiscard]] command::Cell cell_at(const command::Cell& cell, const command::Places& places);
+
+/// The arms and bases on which it depends where frame `of` is in frame `in`. Empty if one of the two is not there.
+[[nodiscard]] std::set<std::string> movers_between(const world::FrameGraph& frames, std::string_view of,
+                                                   std::string_view in);
 
 /// Where frame `of` is in frame `in` changes while nets run. False if one of them is not there.
 [[nodiscard]] bool moves(const world::FrameGraph& frames, std::string_view of, std::string_view in);
