@@ -12,6 +12,7 @@
 #include "core/base/diagnostics.h"
 #include "core/base/time.h"
 #include "core/command/actions/compliance_action.h"
+#include "core/command/actions/motion_action.h"
 #include "core/command/command.h"
 #include "core/motion/leg.h"
 
@@ -46,12 +47,23 @@ struct Predecessor {
   std::optional<Leaving> leaving;
 };
 
+/// A planned motion of another activity, which runs or is about to begin.
+struct MotionBeside {
+  std::string name;  ///< of the activity
+  command::PlannedMotion motion;
+  command::Actuator actuator;
+  std::optional<double> begin = {};                  ///< s from now, negative: since; nothing: it is not known
+  std::set<std::string, std::less<>> touching = {};  ///< what it means to touch: the first touch ends it
+};
+
 /// All that an activity may know when it is prepared.
 struct PlanningContext {
   const command::Cell& cell;
   Nanoseconds period = kMillisecond;
   std::map<std::string, Predecessor, std::less<>> predecessors;  ///< of each of its actuators
   bool checks_collisions = false;  ///< of programs that nobody rehearses: planned motions must not collide
+  /// Of these programs: what other machines do meanwhile, as far as it is planned.
+  std::vector<MotionBeside> beside = {};
 };
 
 /// What an activity says of one of its actuators.
@@ -121,6 +133,8 @@ class ActivityModel {
   /// It begins only when nothing holds its actuators any more, and what follows waits for its end: it changes control
   /// modes.
   [[nodiscard]] virtual bool begins_alone() const { return false; }
+  /// It keeps clear of what other machines do meanwhile: it is planned after what is asked for in the same cycle.
+  [[nodiscard]] virtual bool avoids_others() const { return false; }
   /// Plans it, from rest where the predecessor ends, and from the predecessor in motion where that may be left.
   /// @return diagnostics: why it cannot be done.
   [[nodiscard]] virtual Result<PlannedActivity> prepare(const PlanningContext& planning) const = 0;

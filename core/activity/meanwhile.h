@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/collision/swept_space.h"
+#include "core/kinematics/types.h"
 
 namespace takt::activity {
 
@@ -13,6 +14,9 @@ namespace takt::activity {
 struct MeanwhileSpace {
   collision::SweptSpace swept = {};  ///< while it is carried out
   double wait = 0.0;                 ///< s: it begins so much later, for before that no path keeps clear of it
+  /// Joints (rad or m) of machines that carry its arm and drive meanwhile: what is swept is as if they stood there, and
+  /// all else moved about them.
+  std::map<std::string, kinematics::JointVector, std::less<>> carriers = {};
 };
 
 /// The same of all (docs/planning.md), by the pointers of the outermost `parallel` and of the `move`.

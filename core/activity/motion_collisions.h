@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,8 +27,9 @@ struct ArmTrack {
 struct CheckedMotion {
   /// One of the motions that are blended into it.
   struct Part {
-    double begin = 0.0;         ///< s
-    std::string step, pointer;  ///< name for people; in its file
+    double begin = 0.0;                  ///< s
+    std::string step, pointer;           ///< name for people; in its file
+    std::set<std::string> goal_on = {};  ///< other machines on which it depends where its goal is
   };
   std::vector<ArmTrack> tracks;       ///< of each arm that it moves, on one clock
   std::vector<Part> parts = {};       ///< one at least, in the order of time

@@ -54,7 +54,8 @@ PlanningJob::PlanningJob(rcc::ControlCore& core, ActivityPtr model, PlanningCont
       planning_{.cell = cell_ ? *cell_ : planning.cell,
                 .period = planning.period,
                 .predecessors = std::move(planning.predecessors),
-                .checks_collisions = planning.checks_collisions} {}
+                .checks_collisions = planning.checks_collisions,
+                .beside = std::move(planning.beside)} {}
 
 PlanningJob::~PlanningJob() {
   if (net_ != 0) (void)core_.unload(net_);

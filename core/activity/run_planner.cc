@@ -9,7 +9,7 @@ namespace takt::activity {
 std::expected<bool, RunPlanner::Obstacle> RunPlanner::try_plan(ActivityRun& run, std::span<const RunPtr> runs) {
   const RunsBefore before = StartConditions::runs_before(run, runs);
   if (before.wait || (run.after_all_ && !before.running.empty())) return false;
-  auto job = job_of(run, before);
+  auto job = job_of(run, before, runs);
   if (!job) return std::unexpected(std::move(job.error()));
   if (*job == nullptr) return false;
   PlanningJob& done = **job;
@@ -30,7 +30,8 @@ std::expected<bool, RunPlanner::Obstacle> RunPlanner::try_plan(ActivityRun& run,
 }
 
 std::expected<std::shared_ptr<PlanningJob>, RunPlanner::Obstacle> RunPlanner::job_of(ActivityRun& run,
-                                                                                     const RunsBefore& before) {
+                                                                                     const RunsBefore& before,
+                                                                                     std::span<const RunPtr> runs) {
   const std::string fault = before.running.empty() ? conditions_.fault_of(run) : std::string();
   if (!fault.empty()) {
     Obstacle obstacle{.failure = RunFailure::kFault, .diagnostics = {}};
@@ -41,6 +42,7 @@ std::expected<std::shared_ptr<PlanningJob>, RunPlanner::Obstacle> RunPlanner::jo
   if (run.job_ == nullptr) {
     auto planning = conditions_.planning_context(run, before);
     if (!planning) return nullptr;
+    planning->beside = conditions_.motions_beside(run, runs);
     const auto cell = thread_ != nullptr ? PlanningJob::Cell::kCopied : PlanningJob::Cell::kShared;
     run.job_ = std::make_shared<PlanningJob>(core_, run.model_, std::move(*planning), cell);
     if (thread_ == nullptr) {

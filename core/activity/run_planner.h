@@ -29,8 +29,8 @@ class RunPlanner {
 
  private:
   /// @return a job that is done; null: not yet
-  [[nodiscard]] std::expected<std::shared_ptr<PlanningJob>, Obstacle> job_of(ActivityRun& run,
-                                                                             const RunsBefore& before);
+  [[nodiscard]] std::expected<std::shared_ptr<PlanningJob>, Obstacle> job_of(ActivityRun& run, const RunsBefore& before,
+                                                                             std::span<const RunPtr> runs);
 
   rcc::ControlCore& core_;
   StartConditions conditions_;

@@ -34,7 +34,9 @@ RunPtr Scheduler::schedule(ActivityPtr model) {
 void Scheduler::poll() {
   const std::vector<RunPtr> now = runs_;  // the list may change below
   for (const RunPtr& run : now) follow(*run);
-  for (const RunPtr& run : now) prepare(run);
+  for (const bool avoids : {false, true})
+    for (const RunPtr& run : now)
+      if (run->model_->avoids_others() == avoids) prepare(run);
   for (const RunPtr& run : now) try_start(*run);
   for (const RunPtr& run : runs_) {
     if (run->over()) reactions_.insert(reactions_.end(), run->reactions().begin(), run->reactions().end());

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "core/command/command_tree.h"
+
 namespace takt::activity {
 namespace {
 
@@ -87,6 +89,42 @@ std::optional<PlanningContext> StartConditions::planning_context(const ActivityR
   const bool only_arms = std::ranges::all_of(own, [this](const auto& name) { return cell_.arms.contains(name); });
   if (!before.running.empty() && !only_arms) return std::nullopt;
   return planning;
+}
+
+std::vector<MotionBeside> StartConditions::motions_beside(const ActivityRun& run,
+                                                          std::span<const std::shared_ptr<ActivityRun>> runs) const {
+  std::vector<MotionBeside> beside;
+  if (!options_.checks_collisions || !run.model_->avoids_others()) return beside;
+  for (const auto& other : runs) {
+    const bool is_planned = other->state() == RunState::kLoaded || other->state() == RunState::kRunning;
+    if (other.get() == &run || !is_planned || !other->planned_.command || other->shares_actuator(run)) continue;
+    const command::CommandTree tree(*other->planned_.command);
+    for (const command::CommandTree::Entry& entry : tree.entries()) {
+      const command::PlannedMotion* motion = entry.node->is_runtime() ? entry.node->model().planned_motion() : nullptr;
+      if (motion == nullptr) continue;
+      beside.push_back({.name = other->name(),
+                        .motion = *motion,
+                        .actuator = *entry.node->actuator,
+                        .begin = begin_of(*other, entry.node->subject, tree.size() == 1),
+                        .touching = other->planned_.touching});
+    }
+  }
+  return beside;
+}
+
+std::optional<double> StartConditions::begin_of(const ActivityRun& run, const command::SubjectPtr& command,
+                                                bool alone) const {
+  const ActivityRun::Clock* clock = run.clock_of(command);
+  if (run.state() == RunState::kRunning && clock != nullptr && clock->runs())
+    return clock->is_steady() && clock->rate->value == 1.0 ? std::optional(-clock->time->value) : std::nullopt;
+  // One that waits for what still runs on its arms begins when that ends.
+  const auto own = run.model_->actuators();
+  const bool waits = std::ranges::any_of(own, [this](const std::string& name) {
+    const auto arm = cell_.arms.find(name);
+    return arm != cell_.arms.end() && arm->second.device->held();
+  });
+  if (run.state() != RunState::kLoaded || !alone || waits) return std::nullopt;
+  return static_cast<double>(std::max<std::int64_t>(0, run.due_cycle_ - core_.cycle())) * to_seconds(core_.period());
 }
 
 std::optional<Predecessor> StartConditions::predecessor(const std::string& actuator, const RunsBefore& before,

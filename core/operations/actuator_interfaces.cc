@@ -55,6 +55,7 @@ class MoveActivity final : public ActivityModel {
       : ActivityModel(motion->name()), motion_(std::move(motion)) {}
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return motion_->actuators(); }
+  [[nodiscard]] bool avoids_others() const override { return true; }
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     auto planned = motion_->prepare(planning);
     if (planned) planned->verdict = [](const ActivityRun& run) { return abort_diagnostics(run, 1); };

@@ -56,13 +56,22 @@ Box box_around(const motion::ArmModel& arm, const JointVector& q, const std::vec
   return box;
 }
 
+/// Machines that carry the arm and drive meanwhile stand where what is swept beside it is seen from.
+Situation seen_situation(const MotionTask& request, const command::Cell& cell, const Surroundings& surroundings) {
+  Situation situation = surroundings.situation();
+  const auto beside = surroundings.meanwhile.of(request.pointer);
+  if (beside == nullptr) return situation;
+  for (const auto& [carrier, q] : beside->carriers) command::set_joints(*cell.shapes, carrier, q, situation.state);
+  return situation;
+}
+
 /// An arm in its surroundings, and where it can be.
 class Around {
  public:
   Around(const command::Cell& cell, const MotionTask& request, const Surroundings& surroundings, const Box& box,
          double clearance)
       : shapes_(*cell.shapes),
-        situation_(surroundings.situation()),
+        situation_(seen_situation(request, cell, surroundings)),
         swept_(surroundings.meanwhile.beside(request.pointer)),
         rules_(shapes_, situation_),
         own_{request.arm},
@@ -180,12 +189,13 @@ std::unexpected<Diagnostics> no_path(const Around& around, const Obstruction& mo
 
 }  // namespace
 
-Surroundings surroundings_at(const command::Cell& cell, command::Places places) {
-  return {.situation = [&cell, places = std::move(places)] {
+Surroundings surroundings_at(const command::Cell& cell, command::Places places,
+                             std::optional<command::FingerWidths> widths) {
+  return {.situation = [&cell, places = std::move(places), widths = std::move(widths)] {
     command::Places all = places;
     for (const auto& [name, arm] : cell.arms)
       all.try_emplace(name, arm.set_point().size() > 0 ? arm.set_point() : arm.start);
-    return command::believed_situation(cell, all, command::measured_widths(cell));
+    return command::believed_situation(cell, all, widths ? *widths : command::measured_widths(cell));
   }};
 }
 

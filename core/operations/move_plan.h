@@ -1,9 +1,11 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "core/activity/meanwhile.h"
 #include "core/collision/contact_rules.h"
+#include "core/expression/believed_shapes.h"
 #include "core/operations/motion.h"
 
 /// Motions that avoid obstacles (docs/planning.md). Realtime: setup.
@@ -18,7 +20,9 @@ struct Surroundings {
 };
 
 /// Machines where they are now, but for those that are named. It refers to the cell.
-[[nodiscard]] Surroundings surroundings_at(const command::Cell& cell, command::Places places);
+/// @param widths  of grippers, m; default: as they are measured
+[[nodiscard]] Surroundings surroundings_at(const command::Cell& cell, command::Places places,
+                                           std::optional<command::FingerWidths> widths = {});
 
 /// The geometry of a `move` from q (rad or m): a path that is proven to be free, with round corners.
 /// @return the leg, without shares and blend; or diagnostics "/to": out of reach; the code collision: in collision at

@@ -8,6 +8,7 @@
 #include "core/activity/motion_collisions.h"
 #include "core/activity/pair_motion.h"
 #include "core/expression/condition_state.h"
+#include "core/operations/activity_review.h"
 #include "core/operations/clear_blends.h"
 
 namespace takt::activity {
@@ -48,8 +49,9 @@ class Requested : public RequestedMotion {
                    fmt::format("'{}': the end position of the arm is unknown before the run", name()),
                    "a motion after the end of what runs");
   }
-  [[nodiscard]] Surroundings surroundings(const PlanningContext& planning) const {
-    return {.situation = [&planning] { return situation_before(planning); }, .meanwhile = meanwhile_};
+  [[nodiscard]] Surroundings surroundings(const PlanningContext& planning, const ActivityReview& review) const {
+    return {.situation = [&planning] { return situation_before(planning); },
+            .meanwhile = planning.beside.empty() ? meanwhile_ : review.meanwhile()};
   }
   static PlanningContext nothing_before(const command::Cell& cell) {
     return {.cell = cell, .period = kMillisecond, .predecessors = {}};
@@ -73,11 +75,16 @@ class OfOneArm final : public Requested {
     if (const Diagnostics mixed = check_offsets(requests()); mixed.has_errors())
       return std::unexpected(of_motions(mixed, requests(), /*named=*/true));
     if (Diagnostics wrong = wrong_springs(planning.cell); wrong.has_errors()) return std::unexpected(std::move(wrong));
-    auto plan = plan_motions(requests(), planning.cell, *before.at_end.q, surroundings(planning));
+    ActivityReview review(requests(), planning);
+    auto plan = plan_motions(requests(), planning.cell, *before.at_end.q, surroundings(planning, review));
+    while (review.plan_again(plan))
+      plan = plan_motions(requests(), planning.cell, *before.at_end.q, surroundings(planning, review));
     if (!plan) return std::unexpected(std::move(plan.error()));
+    if (Diagnostics wrong = review.collisions(*plan); wrong.has_errors()) return std::unexpected(std::move(wrong));
     // What is laid over the first motion begins at rest.
-    auto from_blend = requests().front().has_overlay() ? std::nullopt : blended_plan(planning, before);
-    if (from_blend && !may_be_blended(planning, *plan, *from_blend)) from_blend.reset();
+    const Surroundings around = surroundings(planning, review);
+    auto from_blend = requests().front().has_overlay() ? std::nullopt : blended_plan(planning, before, around);
+    if (from_blend && !may_be_blended(planning, around, *plan, *from_blend)) from_blend.reset();
     return prepare(planning, std::move(*plan), std::move(from_blend));
   }
 
@@ -124,18 +131,20 @@ class OfOneArm final : public Requested {
   }
 
   /// A corner must not be cut into something. Then the arm comes to rest at it.
-  [[nodiscard]] bool may_be_blended(const PlanningContext& planning, const motion::SequencePlan& from_rest,
+  [[nodiscard]] bool may_be_blended(const PlanningContext& planning, const Surroundings& around,
+                                    const motion::SequencePlan& from_rest,
                                     const motion::SequencePlan& from_blend) const {
     const motion::ArmModel model = command::planning_model(planning.cell.arms.find(last().arm)->second);
-    return is_clear_blend(requests(), planning.cell, model, surroundings(planning), from_rest, from_blend);
+    return is_clear_blend(requests(), planning.cell, model, around, from_rest, from_blend);
   }
 
   [[nodiscard]] std::optional<motion::SequencePlan> blended_plan(const PlanningContext& planning,
-                                                                 const Predecessor& before) const {
+                                                                 const Predecessor& before,
+                                                                 const Surroundings& around) const {
     const command::MountedArm& arm = planning.cell.arms.find(last().arm)->second;
     const auto from = departure_of(before, arm.X_FT);
     if (!from) return std::nullopt;
-    auto plan = plan_motions_from(*from, requests(), planning.cell, surroundings(planning));
+    auto plan = plan_motions_from(*from, requests(), planning.cell, around);
     return plan ? std::optional(std::move(*plan)) : std::nullopt;
   }
 };

@@ -2,6 +2,7 @@
 #include "app/cell.h"
 
 #include <fstream>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -304,6 +305,48 @@ TEST(Cell, AMoveGoesAroundAndIsRefusedWhereItsGoalCollides) {
   aside[1] = -0.6;
   motion.move(aside).execute();
   EXPECT_LT((cell.arm().q() - aside).norm(), 1e-6);
+}
+
+/// Two arms on either side of a room for one.
+kinematics::JointVector turned(double degrees) {
+  kinematics::JointVector q(7);
+  q << degrees, -50.0, 0.0, 70.0, 0.0, -60.0, 0.0;
+  return q * (std::numbers::pi / 180.0);
+}
+
+TEST(Cell, AMoveGoesAroundWhatOthersDoMeanwhile) {
+  Cell cell("beside.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const auto left = cell.arm("left").use<MotionInterface>(), right = cell.arm("right").use<MotionInterface>();
+  const auto to_begin = [&] {
+    left.ptp(turned(-60.0)).execute();
+    right.ptp(turned(-60.0)).execute();
+  };
+  to_begin();
+  right.ptp(turned(60.0)).begin_execute();
+  left.move(turned(60.0)).begin_execute();
+  cell.wait_for_all();
+  EXPECT_LT((cell.arm("left").q() - turned(60.0)).norm(), 1e-6);
+  EXPECT_LT((cell.arm("right").q() - turned(60.0)).norm(), 1e-6);
+  // The other is on its way already.
+  left.move(turned(-60.0)).execute();
+  right.ptp(turned(-60.0)).execute();
+  right.ptp(turned(60.0), {.velocity = 0.5}).begin_execute();
+  cell.wait(0.3);
+  left.move(turned(60.0)).execute();
+  cell.wait_for_all();
+  EXPECT_EQ(report_of(cell, [](Cell&) {}).verdict, Verdict::kPassed) << "nothing has met";
+}
+
+TEST(Cell, AMoveToWhereAnotherMachineComesIsRefused) {
+  Cell cell("beside.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const auto left = cell.arm("left").use<MotionInterface>(), right = cell.arm("right").use<MotionInterface>();
+  left.ptp(turned(-60.0)).execute();
+  right.ptp(turned(-60.0)).execute();
+  right.ptp(turned(0.0)).begin_execute();
+  EXPECT_THAT(error_of([&] { left.move(turned(0.0)).execute(); }),
+              takt::test::ReportsAnywhere(Code::kCollision, {"left/", "right/", "PTP", " s after"}));
+  cell.wait_for_all();
+  EXPECT_LT((cell.arm("left").q() - turned(-60.0)).norm(), 1e-6) << "it has not moved";
 }
 
 TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {
