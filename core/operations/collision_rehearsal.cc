@@ -11,10 +11,6 @@ namespace {
 using collision::CellShapes;
 using collision::Situation;
 
-bool is_checked(const Rehearsal& rehearsal) {
-  return rehearsal.cell.shapes != nullptr && rehearsal.cell.shapes->off.empty();
-}
-
 /// Whether a body never moves, whatever the program does: furniture, and the first link of a machine in the world.
 bool never_moves(const CellShapes& shapes, const collision::ContactRules& rules, const Situation& situation, int body) {
   const collision::Body& one = shapes.scene.body(body);
@@ -61,11 +57,16 @@ bool is_waiting(const PlayedStep& noted, const PlayedStep& planned) {
 std::shared_ptr<const PlayedStep> played_step(Rehearsal& rehearsal, TimedMotion timed, const Situation& before,
                                               Diagnostics& diagnostics) {
   add_compliant(rehearsal, timed.motion);
-  auto step = std::make_shared<PlayedStep>(PlayedStep{.begin = rehearsal.duration + timed.begin,
-                                                      .branch = rehearsal.collisions.branch,
-                                                      .timed = rehearsal.collisions.timed,
-                                                      .before = before,
-                                                      .motion = std::move(timed.motion)});
+  auto step =
+      std::make_shared<PlayedStep>(PlayedStep{.begin = rehearsal.duration + timed.begin,
+                                              .branch = timed.branch != 0 ? timed.branch : rehearsal.collisions.branch,
+                                              .timed = rehearsal.collisions.timed && timed.timed,
+                                              .before = before,
+                                              .motion = std::move(timed.motion),
+                                              .arm = std::move(timed.arm),
+                                              .moves = std::move(timed.moves),
+                                              .may_wait = timed.branch == 0,
+                                              .never_beside = std::move(timed.never_beside)});
   const FirstTouch touch = first_touch(rehearsal.cell, step->before, *step->motion);
   step->stops = touch.time;
   report_early_touches(rehearsal, *step, touch, diagnostics);
@@ -78,7 +79,20 @@ std::shared_ptr<const PlayedStep> played_step(Rehearsal& rehearsal, TimedMotion 
   return step;
 }
 
+/// How the branch that is being played believes the cell to be now.
+void note_situation(Rehearsal& rehearsal) {
+  rehearsal.collisions.played.push_back(
+      std::make_shared<const PlayedStep>(PlayedStep{.begin = rehearsal.duration,
+                                                    .branch = rehearsal.collisions.branch,
+                                                    .timed = rehearsal.collisions.timed,
+                                                    .before = situation_of(rehearsal)}));
+}
+
 }  // namespace
+
+bool checks_motions(const Rehearsal& rehearsal) {
+  return rehearsal.cell.shapes != nullptr && rehearsal.cell.shapes->off.empty();
+}
 
 /// A part that a gripper without a named one has moved may be any like it: once it is let go nobody knows where it is.
 Situation situation_of(const Rehearsal& rehearsal) {
@@ -91,7 +105,7 @@ Situation situation_of(const Rehearsal& rehearsal) {
 }
 
 void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
-  if (!is_checked(rehearsal)) return;
+  if (!checks_motions(rehearsal)) return;
   const CellShapes& shapes = *rehearsal.cell.shapes;
   const Situation start = situation_of(rehearsal);
   const collision::ContactRules rules(shapes, start);
@@ -124,7 +138,7 @@ void check_planned(Rehearsal& rehearsal, CheckedMotion motion, Diagnostics& diag
 void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diagnostics& diagnostics,
                     const std::set<std::string>& unknown) {
   std::erase_if(motions, [](const TimedMotion& one) { return one.motion.tracks.empty(); });
-  if (!is_checked(rehearsal) || motions.empty()) return;
+  if (!checks_motions(rehearsal) || motions.empty()) return;
   Situation begin = situation_of(rehearsal);
   add_unknown_arms(*rehearsal.cell.shapes, unknown, begin);
   PlayedSteps steps;
@@ -136,7 +150,7 @@ void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diag
 
 void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const Situation& before, bool closes,
                    const std::string& pointer, Diagnostics& diagnostics) {
-  if (!is_checked(rehearsal)) return;
+  if (!checks_motions(rehearsal)) return;
   const CellShapes& shapes = *rehearsal.cell.shapes;
   const auto fingers = shapes.grippers.find(gripper);
   if (fingers == shapes.grippers.end()) return;
@@ -174,7 +188,7 @@ void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const
 }
 
 void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::string> pointers, bool may_wait) {
-  if (!is_checked(rehearsal) || rehearsal.collisions.branch == 0 || pointers.empty()) return;
+  if (!checks_motions(rehearsal) || rehearsal.collisions.branch == 0 || pointers.empty()) return;
   rehearsal.collisions.played.push_back(
       std::make_shared<const PlayedStep>(PlayedStep{.begin = rehearsal.duration,
                                                     .branch = rehearsal.collisions.branch,
@@ -185,10 +199,19 @@ void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::s
                                                     .may_wait = may_wait}));
 }
 
+int branch_within(Rehearsal& rehearsal) {
+  if (!checks_motions(rehearsal) || rehearsal.collisions.branch == 0) return 0;
+  // How its branch believes the cell to be by now: what begins within it does not tell that.
+  note_situation(rehearsal);
+  BranchParents& branches = *rehearsal.collisions.branches;
+  branches.push_back(rehearsal.collisions.branch);
+  return static_cast<int>(branches.size()) - 1;
+}
+
 void lose_time(Rehearsal& rehearsal) { rehearsal.collisions.timed = false; }
 
 void note_fingers(Rehearsal& rehearsal, const std::string& gripper, double width, const std::string& object) {
-  if (!is_checked(rehearsal)) return;
+  if (!checks_motions(rehearsal)) return;
   if (!object.empty()) {
     const double widest = rehearsal.cell.grippers.find(gripper)->second.device->description().stroke;
     width = std::max(width, width_around(*rehearsal.cell.shapes, situation_of(rehearsal), gripper, object, widest));
@@ -201,7 +224,7 @@ void note_fingers(Rehearsal& rehearsal, const std::string& gripper, double width
 
 BranchesTogether::BranchesTogether(Rehearsal& rehearsal, const std::string& parallel)
     : rehearsal_(rehearsal), outer_(rehearsal.collisions.branch), timed_(rehearsal.collisions.timed) {
-  if (!is_checked(rehearsal)) return;
+  if (!checks_motions(rehearsal)) return;
   if (outer_ != 0) {
     note();
     return;
@@ -217,18 +240,12 @@ BranchesTogether::BranchesTogether(Rehearsal& rehearsal, const std::string& para
   found_ = record.found != nullptr ? record.found->size() : 0;
 }
 
-/// How the branch that is being played believes the cell to be now.
 void BranchesTogether::note() {
-  if (!is_checked(rehearsal_)) return;
-  rehearsal_.collisions.played.push_back(
-      std::make_shared<const PlayedStep>(PlayedStep{.begin = rehearsal_.duration,
-                                                    .branch = rehearsal_.collisions.branch,
-                                                    .timed = rehearsal_.collisions.timed,
-                                                    .before = situation_of(rehearsal_)}));
+  if (checks_motions(rehearsal_)) note_situation(rehearsal_);
 }
 
 void BranchesTogether::begin_branch() {
-  if (!is_checked(rehearsal_)) return;
+  if (!checks_motions(rehearsal_)) return;
   BranchParents& branches = *rehearsal_.collisions.branches;
   rehearsal_.collisions.branch = static_cast<int>(branches.size());
   branches.push_back(outer_);
@@ -242,7 +259,7 @@ void BranchesTogether::end_branch() {
 }
 
 bool BranchesTogether::play_again(const Diagnostics& said) {
-  if (!is_checked(rehearsal_) || outer_ != 0) return false;
+  if (!checks_motions(rehearsal_) || outer_ != 0) return false;
   const CollisionRecord& record = rehearsal_.collisions;
   if (!review_->review(Timeline(rehearsal_.cell, *begin_, record.played), *record.branches, said)) return false;
   go_back();
@@ -259,7 +276,7 @@ void BranchesTogether::go_back() {
 }
 
 void BranchesTogether::finish(Diagnostics& diagnostics) {
-  if (!is_checked(rehearsal_)) return;
+  if (!checks_motions(rehearsal_)) return;
   CollisionRecord& record = rehearsal_.collisions;
   record.branch = outer_;
   record.timed = all_timed_;

@@ -40,10 +40,15 @@ void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics);
 void check_planned(Rehearsal& rehearsal, CheckedMotion motion, Diagnostics& diagnostics,
                    const std::set<std::string>& unknown = {});
 
-/// A planned motion that begins so long after others of the same net, s.
+/// A planned motion of a net that has several.
 struct TimedMotion {
   CheckedMotion motion;
-  double begin = 0.0;
+  double begin = 0.0;                       ///< s after the net begins
+  bool timed = true;                        ///< that is known
+  int branch = 0;                           ///< that it is one of, in a parallel; 0: that which is being played
+  std::string arm = {};                     ///< of a `move`
+  std::vector<std::string> moves = {};      ///< pointers of the `move`s in it
+  std::set<std::string> never_beside = {};  ///< PlayedStep::never_beside
 };
 /// The same of several on one clock.
 void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diagnostics& diagnostics,
@@ -54,6 +59,13 @@ void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diag
 /// @param pointer  of the step
 void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const collision::Situation& before,
                    bool closes, const std::string& pointer, Diagnostics& diagnostics);
+
+/// Another branch within the one that is being played: what runs at the same time in one net. @return its number; 0:
+/// there is no parallel
+[[nodiscard]] int branch_within(Rehearsal& rehearsal);
+
+/// Whether motions are checked: there are shapes, and the file does not switch it off.
+[[nodiscard]] bool checks_motions(const Rehearsal& rehearsal);
 
 /// The next planned motion is that of such `move`s. @param pointers  of them; none: it is not
 /// @param may_wait  it begins at rest

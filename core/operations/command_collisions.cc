@@ -79,21 +79,6 @@ std::set<std::string> on_the_clock(const CommandBuilder& tree,
   return devices;
 }
 
-/// A planned motion of a tree as it is checked.
-struct TreeMotion {
-  const Part* part;
-  CheckedMotion motion;
-};
-
-std::vector<TreeMotion> motions_of(const CommandBuilder& tree, const Rehearsal& rehearsal) {
-  const collision::Touching all = touching(tree);
-  std::vector<TreeMotion> motions;
-  for (const Part& part : tree.parts())
-    if (const command::PlannedMotion* motion = planned_motion(part))
-      motions.push_back({&part, checked_motion(part, *motion, rehearsal, all)});
-  return motions;
-}
-
 /// One starts when the other has completed, directly or by what is between them.
 bool comes_after(const std::map<const OperationCommand*, Succession>& after, const OperationCommand* later,
                  const OperationCommand* earlier) {
@@ -111,6 +96,31 @@ bool share_a_device(const Part& a, const Part& b) {
   const auto of_b = b.made.actuator->model().devices();
   return std::ranges::any_of(a.made.actuator->model().devices(),
                              [&](const std::string& device) { return std::ranges::find(of_b, device) != of_b.end(); });
+}
+
+/// Numbers of what runs beside each other, from 0: motions that share a device run one after the other.
+std::vector<std::size_t> lines_of(const std::vector<TreeMotion>& motions) {
+  std::vector<std::size_t> lines;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    std::size_t own = i;
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!share_a_device(*motions[i].part, *motions[j].part)) continue;
+      if (own == i) own = lines[j];
+      std::ranges::replace(lines, lines[j], own);
+    }
+    lines.push_back(own);
+  }
+  return lines;
+}
+
+/// Where it is not known when a motion begins: when all before it in the file have ended that share a device with it.
+void assume_begins(std::vector<TreeMotion>& motions) {
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    for (std::size_t j = 0; j < i && !motions[i].timed; ++j) {
+      if (!share_a_device(*motions[i].part, *motions[j].part)) continue;
+      motions[i].begin = std::max(motions[i].begin, motions[j].begin + motions[j].motion.duration());
+    }
+  }
 }
 
 bool drives_only(const Part& part, const std::set<std::string>& devices) {
@@ -136,7 +146,66 @@ void check_untimed(const CommandBuilder& tree, const std::vector<TreeMotion>& mo
   }
 }
 
+/// Pointers of those that never run beside it.
+std::set<std::string> never_beside(const std::map<const OperationCommand*, Succession>& after, const TreeMotion& one,
+                                   const std::vector<TreeMotion>& motions) {
+  std::set<std::string> pointers;
+  for (const TreeMotion& other : motions)
+    if (comes_after(after, one.part->request, other.part->request) ||
+        comes_after(after, other.part->request, one.part->request))
+      pointers.insert(other.part->request->pointer);
+  return pointers;
+}
+
+/// How long all of it takes, s. Nothing: that is not known.
+std::optional<double> known_duration(const CommandBuilder& tree,
+                                     const std::map<const OperationCommand*, double>& begins) {
+  double last = 0.0;
+  for (const Part& part : tree.parts()) {
+    if (part.request->transaction() != nullptr) continue;
+    const auto begin = begins.find(part.request);
+    const auto duration = duration_of(part);
+    if (begin == begins.end() || !duration) return std::nullopt;
+    last = std::max(last, begin->second + *duration);
+  }
+  return last;
+}
+
 }  // namespace
+
+std::vector<TreeMotion> motions_of(const CommandBuilder& tree, const Rehearsal& rehearsal) {
+  const collision::Touching all = touching(tree);
+  const auto begins = begin_times(tree);
+  const auto after = successions(tree);
+  std::vector<TreeMotion> motions;
+  for (const Part& part : tree.parts()) {
+    const command::PlannedMotion* motion = planned_motion(part);
+    if (motion == nullptr) continue;
+    const auto begin = begins.find(part.request);
+    const bool timed = begin != begins.end();
+    motions.push_back({.part = &part,
+                       .motion = checked_motion(part, *motion, rehearsal, all),
+                       .begin = timed ? begin->second : 0.0,
+                       .timed = timed});
+  }
+  assume_begins(motions);
+  const auto lines = lines_of(motions);
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    motions[i].line = lines[i];
+    motions[i].never_beside = never_beside(after, motions[i], motions);
+  }
+  return motions;
+}
+
+void rehearse_time(const CommandBuilder& tree, Rehearsal& rehearsal) {
+  if (const auto all = known_duration(tree, begin_times(tree))) {
+    rehearsal.duration += *all;
+    return;
+  }
+  for (const Part& part : tree.parts())
+    if (part.made.action) rehearsal.duration += part.made.command.node()->model().duration();
+  lose_time(rehearsal);
+}
 
 collision::Touching touching(const CommandBuilder& tree) {
   collision::Touching all;
@@ -175,19 +244,31 @@ std::map<const OperationCommand*, double> begin_times(const CommandBuilder& tree
 }
 
 void check_motions(const CommandBuilder& tree, Rehearsal& rehearsal, Diagnostics& diagnostics) {
-  const auto begins = begin_times(tree);
-  const std::set<std::string> driven = all_driven_by(tree), timed = on_the_clock(tree, begins);
+  const std::set<std::string> driven = all_driven_by(tree), timed = on_the_clock(tree, begin_times(tree));
   std::vector<TreeMotion> motions = motions_of(tree, rehearsal);
   check_untimed(tree, motions, timed, rehearsal, diagnostics);
+  std::map<std::size_t, int> branches;  // of a parallel, by line
+  const auto as_checked = [&](TreeMotion& one) {
+    const auto [branch, fresh] = branches.try_emplace(one.line, 0);
+    if (fresh) branch->second = branch_within(rehearsal);
+    OperationCommand::OwnPaths own = one.part->request->own_paths();
+    return TimedMotion{.motion = std::move(one.motion),
+                       .begin = one.begin,
+                       .timed = one.timed,
+                       .branch = branch->second,
+                       .arm = std::move(own.arm),
+                       .moves = std::move(own.pointers),
+                       .never_beside = std::move(one.never_beside)};
+  };
   std::vector<TimedMotion> together;
-  for (auto& [part, checked] : motions) {
-    if (drives_only(*part, timed)) {
-      together.push_back({std::move(checked), begins.at(part->request)});
+  for (TreeMotion& one : motions) {
+    if (drives_only(*one.part, timed)) {
+      together.push_back(as_checked(one));
       continue;
     }
     std::set<std::string> others = driven;
-    for (const std::string& device : part->made.actuator->model().devices()) others.erase(device);
-    check_planned(rehearsal, std::move(checked), diagnostics, others);
+    for (const std::string& device : one.part->made.actuator->model().devices()) others.erase(device);
+    check_together(rehearsal, {as_checked(one)}, diagnostics, others);
   }
   std::set<std::string> others = driven;
   for (const std::string& device : timed) others.erase(device);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 #include "core/command/mapping.h"
 #include "core/operations/command_builder.h"
 #include "core/operations/command_collisions.h"
+#include "core/operations/command_review.h"
 #include "core/operations/compliance.h"
 #include "core/operations/operation_command.h"
 #include "core/operations/rehearsed_net.h"
@@ -103,7 +105,7 @@ class TreeActivity final : public ActivityModel {
         root_(root),
         biases_(context.variables.biases),
         tell_(std::move(tell)),
-        meanwhile_(context.meanwhile) {
+        meanwhile_(meanwhile_of(root, context.meanwhile)) {
     const MadeStep made(root_, context.cell, biases_, tell_, meanwhile_);
     actuators_ = driven_by(made.tree);
     for (const CommandBuilder::Part& part : made.tree.parts()) keys_.emplace_back(part.request, part.key);
@@ -334,15 +336,26 @@ class CommandStep final : public Step {
   void rehearse(Rehearsal& rehearsal, const std::string&, Diagnostics& diagnostics) const override {
     settle_rehearsal(rehearsal, diagnostics);
     const command::Biases untared;
-    Diagnostics notes;
-    const BuildContext making{
-        .cell = rehearsal.cell, .biases = untared, .notes = notes, .meanwhile = rehearsal.collisions.meanwhile};
-    const CommandBuilder tree(*root_, making);
-    command::Places places = rehearsal.q;
+    Diagnostics notes, wrong;
+    command::Places places;
     command::TreeEnd end;
-    const Diagnostics wrong = plan(tree, rehearsal.cell, places, end);
+    std::optional<CommandBuilder> made;
+    CommandReview review(*root_, rehearsal);
+    do {
+      notes = {};
+      places = rehearsal.q;
+      end = {};
+      made.emplace(*root_, BuildContext{.cell = rehearsal.cell,
+                                        .biases = untared,
+                                        .notes = notes,
+                                        .meanwhile = review.meanwhile(),
+                                        .widths = rehearsal.collisions.widths});
+      wrong = plan(*made, rehearsal.cell, places, end);
+    } while (review.plan_again(*made, wrong));
     diagnostics.append(notes);
+    review.finish(diagnostics);
     if (wrong.has_errors()) return diagnostics.append(wrong);
+    const CommandBuilder& tree = *made;
     const auto mapped = command::map(tree.command());
     if (!mapped) return diagnostics.append(tree.in_file(mapped.error()));
     for (const CommandBuilder::Part& part : tree.parts()) {
@@ -353,9 +366,7 @@ class CommandStep final : public Step {
     }
     rehearse_net(mapped->net, rehearsal, root_->pointer, diagnostics);
     check_motions(tree, rehearsal, diagnostics);
-    for (const CommandBuilder::Part& part : tree.parts()) {
-      if (part.made.action) rehearsal.duration += part.made.command.node()->model().duration();
-    }
+    rehearse_time(tree, rehearsal);
     rehearsal.q = std::move(places);
     for (const CommandBuilder::Part& part : tree.parts()) part.request->rehearse(rehearsal, diagnostics);
     if (left_ != nullptr) rehearsal.open = {left_->left_arm(), left_->pointer};

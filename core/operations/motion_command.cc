@@ -107,6 +107,12 @@ class MotionCommand final : public OperationCommand {
     return requests.back().blends() && !carried() ? moved_by(requests.front()) : std::string();
   }
   [[nodiscard]] Json left_steps() const override { return steps; }
+  [[nodiscard]] OwnPaths own_paths() const override {
+    OwnPaths own{.arm = arm()};
+    for (const MotionTask& request : requests)
+      if (request.kind == PathKind::kMove) own.pointers.push_back(request.pointer);
+    return own;
+  }
 
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     for (const std::string& device : actuator(rehearsal.cell).model().devices()) rehearsal.touched[device] = false;
@@ -196,7 +202,7 @@ class MotionCommand final : public OperationCommand {
   [[nodiscard]] command::Action motion_alone(const BuildContext& making) const {
     return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
       const command::Cell cell = cell_at(making.cell, q_start);
-      Surroundings around = surroundings_at(cell, q_start);
+      Surroundings around = surroundings_at(cell, q_start, making.widths);
       around.meanwhile = making.meanwhile;
       auto plan = plan_motions(requests, cell, q_start.at(arm()), around);
       if (!plan) return Planned(placed(plan.error()));

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "core/activity/dual_entry_motion.h"
 #include "core/command/single_net.h"
+#include "core/expression/moving_frames.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/requested_motion.h"
 #include "core/operations/scheduled_run.h"
@@ -183,7 +186,7 @@ class MotionStep final : public Step {
     CheckedMotion checked{.tracks = tracks_of(motion, command.node()->actuator->model(), cell)};
     for (std::size_t i = 0; i < requests_.size(); ++i) {
       const double begin = i == 0 || i > motion.handed_over.size() ? 0.0 : motion.handed_over[i - 1];
-      checked.parts.push_back({begin, requests_[i].name, requests_[i].pointer});
+      checked.parts.push_back({begin, requests_[i].name, requests_[i].pointer, goal_on(requests_[i], cell)});
     }
     const auto offset = first_offset(requests_);
     const MotionTask& last = requests_.back();
@@ -194,6 +197,16 @@ class MotionStep final : public Step {
     const std::size_t first = last.compliance ? 0 : offset.value_or(requests_.size() - 1);
     if (first > 0 && first <= motion.handed_over.size()) checked.touch_from = motion.handed_over[first - 1];
     return checked;
+  }
+  /// Machines that it does not move itself and on which it depends where it goes to.
+  [[nodiscard]] static std::set<std::string> goal_on(const MotionTask& request, const command::Cell& cell) {
+    const auto* pose = std::get_if<Goal::Pose>(&request.goal.value);
+    if (pose == nullptr) return {};
+    std::set<std::string> machines = movers_between(cell.frames, pose->in, request.arm);
+    machines.erase(request.arm);
+    machines.erase(request.follower);
+    if (request.base_goal) return {};
+    return machines;
   }
   static std::string laid_over(const MotionTask& request) { return request.weave ? "weave" : "force offset"; }
   /// The one before is not gone on with: its blend is in vain.

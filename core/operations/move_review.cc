@@ -33,15 +33,6 @@ bool at_the_same_time(const BranchParents& parents, int a, int b) {
   return !is_part_of(parents, a, b) && !is_part_of(parents, b, a);
 }
 
-std::vector<int> joints_of(const collision::CellShapes& shapes, const PlayedStep& step) {
-  std::vector<int> joints;
-  for (const ArmTrack& track : step.motion->tracks) {
-    const auto arm = shapes.arms.find(track.arm);
-    if (arm != shapes.arms.end()) joints.insert(joints.end(), arm->second.joints.begin(), arm->second.joints.end());
-  }
-  return joints;
-}
-
 void add_moved(const collision::Scene& scene, const collision::State& state, const std::vector<int>& joints,
                std::set<int>& bodies) {
   const std::vector<bool> moved = scene.moved_by(state, joints);
@@ -56,11 +47,20 @@ class Beside {
       : timeline_(timeline), shapes_(*timeline.cell().shapes), step_(step) {
     own_joints_ = shapes_.arms.find(step.arm)->second.joints;
     add_moved(shapes_.scene, step.before.state, own_joints_, own_);
-    for (const auto& other : timeline.played())
-      if (is_beside(*other, parents)) add_other(*other);
+    carriers_ = timeline.arms_of(shapes_.arms.find(step.arm)->second.flange, step.before);
+    carriers_.erase(step.arm);
+    std::vector<const PlayedStep*> others;
+    for (const auto& other : timeline.played()) {
+      if (!is_beside(*other, parents)) continue;
+      others.push_back(other.get());
+      if (!other->drives(carriers_)) continue;
+      ride();
+      lost_ = lost_ || !step.timed || !other->timed;
+    }
+    for (const PlayedStep* other : others) add_other(*other);
   }
 
-  /// Others move something, and not what its arm stands on.
+  /// Others move something.
   [[nodiscard]] bool matters() const { return !timed_bodies_.empty() || !any_bodies_.empty(); }
   [[nodiscard]] bool beside_any() const { return !any_.empty(); }
 
@@ -68,7 +68,7 @@ class Beside {
   /// later than planned.
   [[nodiscard]] std::vector<double> hits() const {
     std::vector<double> times;
-    if (!step_.motion || timed_.empty()) return times;
+    if (!step_.motion || timed_.empty() || lost_) return times;
     for (const double later : {-kSpare, 0.0, kSpare}) {
       const auto cuts = cuts_between(step_.begin + later, step_.begin + later + step_.stops);
       for (std::size_t i = 0; i + 1 < cuts.size(); ++i) add_hits(later, cuts[i], cuts[i + 1], times);
@@ -84,9 +84,17 @@ class Beside {
     return ends;
   }
   /// All that others move, without what it sweeps.
-  void add_bodies(SweptSpace& swept) const {
+  void add_bodies(MeanwhileSpace& space) const {
     for (const std::set<int>* bodies : {&timed_bodies_, &any_bodies_})
-      for (const int body : *bodies) swept.bodies.try_emplace(body);
+      for (const int body : *bodies) space.swept.bodies.try_emplace(body);
+    if (!view_) return;
+    for (const std::string& carrier : carriers_) {
+      const std::vector<int>& joints = shapes_.arms.find(carrier)->second.joints;
+      kinematics::JointVector& q = space.carriers[carrier];
+      q.resize(static_cast<Eigen::Index>(joints.size()));
+      for (std::size_t j = 0; j < joints.size(); ++j)
+        q[static_cast<Eigen::Index>(j)] = shapes_.scene.start().q[static_cast<std::size_t>(joints[j])];
+    }
   }
   /// What is swept from and until so long after it begins, s.
   void add_window(double from, double to, SweptSpace& swept) const {
@@ -96,31 +104,37 @@ class Beside {
       const auto moving = moving_between(cuts[i], cuts[i + 1]);
       const auto trajectory = trajectory_of(timeline_.cell(), tracks_of_all(moving), cuts[i], cuts[i + 1]);
       std::set<int> left = timed_bodies_;
+      int carried = -1;  // by which motion all that has none of its own is seen to move
       for (const PlayedStep* other : moving) {
-        std::set<int> bodies;
-        add_moved(shapes_.scene, situation.state, joints_of(shapes_, *other), bodies);
+        const int source = swept.source(other->motion->part_at(cuts[i] - other->begin).step);
+        if (other->drives(carriers_)) carried = source;
         std::vector<int> moved;
-        std::ranges::set_intersection(left, bodies, std::back_inserter(moved));
+        std::ranges::set_intersection(left, moved_by_itself(*other, situation), std::back_inserter(moved));
         for (const int body : moved) left.erase(body);
-        const std::string& name = other->motion->part_at(cuts[i] - other->begin).step;
-        add_swept(shapes_.scene, situation.state, trajectory, moved, kSpacing, cuts[i] - step_.begin,
-                  swept.source(name), swept);
+        add_swept(shapes_.scene, situation.state, trajectory, moved, kSpacing, cuts[i] - step_.begin, source, swept,
+                  view());
       }
       const std::vector<int> still(left.begin(), left.end());
-      add_swept(shapes_.scene, situation.state, trajectory, still, kSpacing, cuts[i] - step_.begin, -1, swept);
+      add_swept(shapes_.scene, situation.state, trajectory, still, kSpacing, cuts[i] - step_.begin, carried, swept,
+                view());
     }
   }
-  /// What may be swept at any time.
+  /// What may be swept at any time. Of what moves by itself while the base drives it is not known where it is seen: it
+  /// is left out.
   void add_any(SweptSpace& swept) const {
     for (const PlayedStep* other : any_) {
-      std::set<int> bodies;
-      add_moved(shapes_.scene, other->before.state, joints_of(shapes_, *other), bodies);
+      const bool carries = other->drives(carriers_);
+      if (view_ && !carries) continue;
+      std::set<int> bodies = carries ? seen_to_move() : moved_by_itself(*other, other->before);
+      if (carries)
+        for (const int body : moved_) bodies.erase(body);
       std::vector<int> moved;
       std::ranges::set_difference(bodies, own_, std::back_inserter(moved));
       const auto trajectory =
           trajectory_of(timeline_.cell(), {{&*other->motion, 0.0, other->stops}}, 0.0, other->stops);
       add_swept(shapes_.scene, other->before.state, trajectory, moved, kSpacing,
-                std::numeric_limits<double>::quiet_NaN(), swept.source(other->motion->parts.front().step), swept);
+                std::numeric_limits<double>::quiet_NaN(), swept.source(other->motion->parts.front().step), swept,
+                view());
     }
   }
 
@@ -129,14 +143,52 @@ class Beside {
   [[nodiscard]] bool is_beside(const PlayedStep& other, const BranchParents& parents) const {
     if (!other.motion || other.drives({step_.arm}) || !at_the_same_time(parents, other.branch, step_.branch))
       return false;
-    if (!other.moves.empty() && other.branch > step_.branch) return false;
-    return !other.drives(timeline_.arms_of(shapes_.arms.find(step_.arm)->second.flange, step_.before));
+    if (step_.never_beside.contains(other.motion->parts.front().pointer)) return false;
+    return other.moves.empty() || other.branch < step_.branch || other.drives(carriers_);
+  }
+  /// What carries its arm drives meanwhile: the motions of all else are seen from there.
+  void ride() {
+    collision::Poses poses;
+    collision::State state = step_.before.state;
+    for (const std::string& carrier : carriers_)
+      for (const int joint : shapes_.arms.find(carrier)->second.joints)
+        state.q[static_cast<std::size_t>(joint)] = shapes_.scene.start().q[static_cast<std::size_t>(joint)];
+    shapes_.scene.place(state, poses);
+    const int root = shapes_.scene.root_of(step_.arm);
+    view_ = collision::Viewpoint{root, poses[static_cast<std::size_t>(root)]};
+  }
+  [[nodiscard]] const collision::Viewpoint* view() const { return view_ ? &*view_ : nullptr; }
+  /// All that is not carried along. The floor looks the same from wherever a base stands on it.
+  [[nodiscard]] std::set<int> seen_to_move() const {
+    std::vector<int> joints;
+    for (const std::string& carrier : carriers_) {
+      const std::vector<int>& more = shapes_.arms.find(carrier)->second.joints;
+      joints.insert(joints.end(), more.begin(), more.end());
+    }
+    std::set<int> carried, bodies;
+    add_moved(shapes_.scene, step_.before.state, joints, carried);
+    for (int body = 0; body < static_cast<int>(shapes_.scene.bodies().size()); ++body)
+      if (body != shapes_.floor && !carried.contains(body)) bodies.insert(body);
+    return bodies;
+  }
+  /// What joints move that are not below its arm.
+  [[nodiscard]] std::set<int> moved_by_itself(const PlayedStep& other, const Situation& situation) const {
+    std::vector<int> joints;
+    for (const ArmTrack& track : other.motion->tracks) {
+      const auto arm = shapes_.arms.find(track.arm);
+      if (arm == shapes_.arms.end() || carriers_.contains(track.arm)) continue;
+      joints.insert(joints.end(), arm->second.joints.begin(), arm->second.joints.end());
+    }
+    std::set<int> bodies;
+    add_moved(shapes_.scene, situation.state, joints, bodies);
+    return bodies;
   }
   void add_other(const PlayedStep& other) {
     const bool timed = step_.timed && other.timed;
     (timed ? timed_ : any_).push_back(&other);
-    std::set<int> bodies;
-    add_moved(shapes_.scene, other.before.state, joints_of(shapes_, other), bodies);
+    std::set<int> bodies = moved_by_itself(other, other.before);
+    moved_.insert(bodies.begin(), bodies.end());
+    if (other.drives(carriers_)) bodies.merge(seen_to_move());
     for (const int body : bodies)
       if (!own_.contains(body)) (timed ? timed_bodies_ : any_bodies_).insert(body);
   }
@@ -190,6 +242,10 @@ class Beside {
   const PlayedStep& step_;
   std::vector<int> own_joints_;
   std::set<int> own_;
+  std::set<std::string> carriers_;              ///< machines that its arm stands on
+  std::optional<collision::Viewpoint> view_;    ///< they drive meanwhile: it is on them
+  bool lost_ = false;                           ///< when these drive is not known, and so not where its arm is
+  std::set<int> moved_;                         ///< what others move, but for these
   std::vector<const PlayedStep*> timed_, any_;  ///< on the same clock; at any time
   std::set<int> timed_bodies_, any_bodies_;
 };
@@ -249,7 +305,7 @@ void MoveReview::review_step(const Timeline& timeline, const BranchParents& pare
   const auto [at, fresh] = known_.try_emplace(step.moves.front());
   Known& known = at->second;
   if (fresh && before) known.wait = before->wait;
-  if (known.beside_any) give_up_any(step, said, known);
+  if (known.beside_any && unclear_ == Unclear::kLeftOut) give_up_any(step, said, known);
   const bool failed =
       std::ranges::any_of(step.moves, [&](const std::string& pointer) { return has_errors_below(said, pointer); });
   if (failed && !step.motion && step.may_wait && !known.windows.empty()) wait_longer(step, beside.ends(), known);
@@ -262,8 +318,8 @@ void MoveReview::review_step(const Timeline& timeline, const BranchParents& pare
     join(known.windows);
   }
   known.beside_any = beside.beside_any() && !known.leaves_out_any;
-  MeanwhileSpace space{.swept = {}, .wait = known.wait};
-  beside.add_bodies(space.swept);
+  MeanwhileSpace space{.wait = known.wait};
+  beside.add_bodies(space);
   for (const Window& window : known.windows) beside.add_window(window.from, window.to, space.swept);
   if (known.beside_any) beside.add_any(space.swept);
   for (const std::string& pointer : step.moves) found[pointer] = space;

@@ -20,9 +20,14 @@ using BranchParents = std::vector<int>;
 /// when they are played again. Owned by the rehearsal of one outermost parallel.
 class MoveReview {
  public:
+  /// What becomes of motions at times that are not known, where no path keeps clear of all that they sweep.
+  enum class Unclear {
+    kLeftOut,  ///< they are left out, and a note says so
+    kInTheWay  ///< there is no path
+  };
   /// @param parallel  its pointer   @param spaces  what was found; null: nothing so far
-  MoveReview(std::string parallel, std::shared_ptr<const MeanwhileSpaces> spaces)
-      : parallel_(std::move(parallel)), before_(spaces), spaces_(std::move(spaces)) {}
+  MoveReview(std::string parallel, std::shared_ptr<const MeanwhileSpaces> spaces, Unclear unclear = Unclear::kLeftOut)
+      : parallel_(std::move(parallel)), unclear_(unclear), before_(spaces), spaces_(std::move(spaces)) {}
 
   /// @param said  what playing all branches has said   @return true: a `move` has to be planned again
   [[nodiscard]] bool review(const Timeline& timeline, const BranchParents& parents, const Diagnostics& said);
@@ -59,6 +64,7 @@ class MoveReview {
   void give_up_any(const PlayedStep& step, const Diagnostics& said, Known& known);
 
   std::string parallel_;
+  Unclear unclear_;
   std::shared_ptr<const MeanwhileSpaces> before_, spaces_;
   std::map<std::string, Known> known_;  ///< by the pointer of the first `move` of a step
   int rounds_ = 0;

@@ -14,6 +14,7 @@
 #include "core/activity/activity_run.h"
 #include "core/collision/contact_rules.h"
 #include "core/command/command.h"
+#include "core/expression/believed_shapes.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/compliance.h"
 #include "core/operations/operation.h"
@@ -32,7 +33,8 @@ struct BuildContext {
   Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
   std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
   command::ExternalHandler tell = {};                ///< gets external effects
-  Meanwhile meanwhile = {};                          ///< what other branches do while a `move` is carried out
+  Meanwhile meanwhile = {};                          ///< what others do while a `move` is carried out
+  std::optional<command::FingerWidths> widths = {};  ///< of grippers, as they are believed to stand; default: measured
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.
@@ -72,6 +74,12 @@ class OperationCommand {
   /// Of a planned motion that asks for a blend: the arm, and its motions as steps of a file; empty: it comes to rest.
   [[nodiscard]] virtual std::string left_arm() const { return {}; }
   [[nodiscard]] virtual nlohmann::ordered_json left_steps() const;
+  /// Its motions that find their own paths.
+  struct OwnPaths {
+    std::string arm;
+    std::vector<std::string> pointers = {};  ///< of each; none: it has none
+  };
+  [[nodiscard]] virtual OwnPaths own_paths() const { return {}; }
   /// The name of the command whose progress it follows; empty: none. That one is made before.
   [[nodiscard]] virtual std::string follows() const { return {}; }
   /// What it means to touch while it runs (docs/world.md).

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace takt::activity {
 namespace {
 
@@ -43,7 +45,33 @@ Timeline::Timeline(const command::Cell& cell, Situation begin, PlayedSteps playe
 }
 
 void Timeline::check(std::vector<FoundCollision>* found, Diagnostics& diagnostics) {
+  check_goals(diagnostics);
   for (std::size_t i = 0; i + 1 < borders_.size(); ++i) check_between(borders_[i], borders_[i + 1], found, diagnostics);
+}
+
+/// A goal is looked up when its motion begins. What it is on has to stand until the motion has ended.
+void Timeline::check_goals(Diagnostics& diagnostics) const {
+  for (const auto& step : played_) {
+    if (!step->motion) continue;
+    for (const CheckedMotion::Part& part : step->motion->parts) {
+      const auto moves_meanwhile = [&](const auto& other) {
+        return other->branch != step->branch && other->drives(part.goal_on) && other->begin < step->end() - kSameTime &&
+               other->end() > step->begin + kSameTime;
+      };
+      const auto other = std::ranges::find_if(played_, moves_meanwhile);
+      if (other == played_.end()) continue;
+      const CheckedMotion& motion = *(*other)->motion;
+      const auto on =
+          std::ranges::find_if(motion.tracks, [&](const ArmTrack& track) { return part.goal_on.contains(track.arm); });
+      diagnostics.add({.severity = step->timed && (*other)->timed ? Severity::kError : Severity::kNote,
+                       .code = Code::kUnknownPose,
+                       .file = {},
+                       .pointer = part.pointer + "/to",
+                       .message = fmt::format("where the goal is depends on '{}', which '{}' moves meanwhile", on->arm,
+                                              motion.part_at(std::max(0.0, step->begin - (*other)->begin)).step),
+                       .hint = "the motion once that stands, or a goal in a frame that goes with the arm"});
+    }
+  }
 }
 
 void Timeline::find_borders() {

@@ -25,6 +25,8 @@ struct PlayedStep {
   std::string arm = {};                 ///< of the motion of a `move`, also of one that finds no path
   std::vector<std::string> moves = {};  ///< pointers of the `move`s in it
   bool may_wait = true;                 ///< it begins at rest, so it may begin later
+  /// Pointers of motions of other branches that are over before it begins, or begin once it is over, whenever that is.
+  std::set<std::string> never_beside = {};
 
   [[nodiscard]] double end() const { return begin + (motion ? motion->duration() : 0.0); }
   /// It drives one of these arms.
@@ -57,6 +59,8 @@ class Timeline {
 
  private:
   void find_borders();
+  /// Goals on what moves meanwhile.
+  void check_goals(Diagnostics& diagnostics) const;
   /// Between two borders nothing begins, ends or changes hands.
   void check_between(double from, double to, std::vector<FoundCollision>* found, Diagnostics& diagnostics);
   /// One for each pair of machines or objects: what follows of a collision is no news.

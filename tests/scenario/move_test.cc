@@ -239,6 +239,141 @@ TEST(MoveBeside, SaysWhatBlocksItsGoalAndWhen) {
                             {"left/", "right/", "right comes", " s after"}));
 }
 
+// -- As a command of a transaction, beside others of it
+// ------------------------------------------------------------------------------------------------
+
+/// The two arms again: both turn in one net.
+std::string in_one_net(const std::string& commands, const std::string& on = "") {
+  const std::string begin = R"({"joints_deg": [-60, -50, 0, 70, 0, -60, 0]})";
+  return fmt::format(R"({{"devices": {{
+      "left": {{"model": "lwr4plus", "at": {{"in": "world"}}}},
+      "right": {{"model": "lwr4plus", "at": {{"in": "world", "position_m": [1.25, 0, 0], "rpy_deg": [0, 0, 180]}}}}}},
+      "program": {{"do": "sequence", "steps": [
+        {{"do": "ptp", "arm": "left", "to": {0}}}, {{"do": "ptp", "arm": "right", "to": {0}}},
+        {{"do": "transaction", "name": "cross", "commands": {{{1}}}, "on": [{2}]}}]}}}})",
+                     begin, commands, on);
+}
+std::string turning(const std::string& name, const std::string& word, const std::string& arm, double angle,
+                    bool starts = true) {
+  return fmt::format(R"("{}": {{"do": "{}", "arm": "{}", "to": {{"joints_deg": [{:g}, -50, 0, 70, 0, -60, 0]}}{}}})",
+                     name, word, arm, angle, starts ? R"(, "start": true)" : "");
+}
+const std::string kAfterAMoment = R"("moment": {"do": "wait", "seconds": 0.1, "start": true}, )";
+const std::string kStartsThen = R"({"entered": {"completed": "moment"}, "start": "right"})";
+
+TEST(MoveInATransaction, GoesAroundWhatAnotherCommandMoves) {
+  const std::string crossing = turning("right", "ptp", "right", 60);
+  EXPECT_THAT(rehearsed(in_one_net(turning("left", "ptp", "left", 60) + ", " + crossing)),
+              ReportsAnywhere(Code::kCollision, {"left", "right"}));
+  const std::string text = in_one_net(turning("left", "move", "left", 60) + ", " + crossing);
+  const Diagnostics said = rehearsed(text);
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Not(ReportsAnywhere(Code::kCollision)));
+  const RunReport report = test::run(parsed(text));
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+}
+
+TEST(MoveInATransaction, KeepsClearOfAllThatACommandMaySweepThatAnEventStarts) {
+  const std::string moment = ", " + kAfterAMoment + turning("right", "ptp", "right", 60, false);
+  const auto meetings = [](const Diagnostics& said) {
+    return std::ranges::count(said.list(), Code::kCollision, &Diagnostic::code);
+  };
+  EXPECT_GT(meetings(rehearsed(in_one_net(turning("left", "ptp", "left", 60) + moment, kStartsThen))), 0);
+  const Diagnostics said = rehearsed(in_one_net(turning("left", "move", "left", 60) + moment, kStartsThen));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_EQ(meetings(said), 0) << said.to_string();
+}
+
+TEST(MoveInATransaction, SaysWhatComesToItsGoalAtATimeThatIsNotKnown) {
+  const Diagnostics said = rehearsed(
+      in_one_net(turning("left", "move", "left", 0) + ", " + kAfterAMoment + turning("right", "ptp", "right", 0, false),
+                 kStartsThen));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Notes("/program/steps/2/commands/left/to", {"no path keeps clear", "'right' moves"}));
+  const Diagnostics certain =
+      rehearsed(in_one_net(turning("left", "move", "left", 0) + ", " + turning("right", "ptp", "right", 0)));
+  EXPECT_THAT(certain, Reports(Code::kCollision, "/program/steps/2/commands/left/to", {"'right' moves", " s after"}));
+}
+
+/// What begins when it has completed is never in its way.
+TEST(MoveInATransaction, WhatStartsWhenItHasCompletedIsNotBesideIt) {
+  const Diagnostics said = rehearsed(in_one_net(
+      turning("left", "move", "left", 0) + ", " + turning("back", "ptp", "left", -60, false) + ", " +
+          turning("right", "ptp", "right", 0, false),
+      R"({"entered": {"completed": "left"}, "start": "back"}, {"entered": {"completed": "back"}, "start": "right"})"));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Not(Notes("/program/steps/2/commands/left/to")));
+}
+
+TEST(MoveInATransaction, GoesAroundWhatAnotherBranchMoves) {
+  const std::string cross =
+      R"({"do": "transaction", "name": "cross", "commands": {)" + turning("left", "move", "left", 60) + "}}";
+  const Diagnostics said = rehearsed(two_arms(cross, turn("ptp", "right", 60, "right crosses")));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Not(ReportsAnywhere(Code::kCollision)));
+}
+
+// -- On a base that another branch drives
+// -------------------------------------------------------------------------------------------------------
+
+/// The base drives past a post while its arm turns from one side to the other.
+std::string driving(const std::string& arm_steps, bool known = true, const std::string& more = "") {
+  return fmt::format(R"({{"devices": {{
+      "base": {{"model": "youbot_base", "at": {{"in": "world"}}}},
+      "arm": {{"model": "lwr4plus", "on": "base"}}}}, "objects": {{
+      "post": {{"shape": "box", "size_m": [0.05, 0.05, 1.4],
+                "at": {{"in": "world", "position_m": [0.9, 0.4, 0.75]}}}}}},
+      "program": {{"do": "sequence", "steps": [
+        {{"do": "ptp", "arm": "arm", "to": {{"joints_deg": [90, -30, 0, 90, 0, -60, 0]}}}},
+        {{"do": "parallel", "branches": [
+          {{"do": "sequence", "steps": [{}
+            {{"do": "lin", "name": "drive", "arm": "base", "to": {{"in": "world", "position_m": [2, 0, 0]}}}}]}},
+          {{"do": "sequence", "steps": [{}]}}]}}{}]}}}})",
+                     known ? "" : R"({"do": "wait", "seconds": 0.2},)", arm_steps, more);
+}
+std::string turn_over(const std::string& word, const std::string& more = "") {
+  return R"({"do": ")" + word + R"(", "arm": "arm", "name": "turn", "speed": 0.3,
+             "to": {"joints_deg": [-90, -30, 0, 90, 0, -60, 0]})" +
+         more + "}";
+}
+
+TEST(MoveOnADrivenBase, GoesAroundWhatTheBaseDrivesItPast) {
+  EXPECT_THAT(rehearsed(driving(turn_over("ptp"))), ReportsAnywhere(Code::kCollision, {"post", "drive"}));
+  const std::string text = driving(turn_over("move"));
+  const Diagnostics said = rehearsed(text);
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Not(ReportsAnywhere(Code::kCollision)));
+  // The run finds the same path, wherever the base is when the motion begins.
+  const RunReport report = test::run(parsed(text));
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+  const std::string later = driving(
+      R"({"do": "ptp", "arm": "arm", "name": "a little", "to": {"joints_deg": [91, -30, 0, 90, 0, -60, 0]}}, )" +
+      turn_over("move"));
+  EXPECT_EQ(test::run(parsed(later)).verdict, Verdict::kPassed);
+}
+
+TEST(MoveOnADrivenBase, SaysWhatIsInTheWayWhereItIsNotKnownWhenTheBaseDrives) {
+  const Diagnostics said = rehearsed(driving(turn_over("move", R"(, "effort": 0.05)"), false));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_THAT(said, Notes("/program/steps/1/branches/1/steps/0/to", {"post", "'drive' moves, it is not known when"}));
+}
+
+/// Where that is when the arm gets there nobody can say; on the base it can.
+TEST(GoalsMeanwhile, OnWhatMovesIsAnError) {
+  const auto to = [](const std::string& in) {
+    return R"({"do": "ptp", "arm": "arm", "name": "reach", "to": {"in": ")" + in +
+           R"(", "position_m": [0.3, -0.4, 0.85], "rpy_deg": [0, 180, 0]}})";
+  };
+  const std::string pointer = "/program/steps/1/branches/1/steps/0/to";
+  const auto drive_a_little = [](std::string text) { return text.replace(text.find("[2, 0, 0]"), 9, "[0.1, 0, 0]"); };
+  EXPECT_THAT(rehearsed(drive_a_little(driving(to("world")))), Reports(Code::kUnknownPose, pointer, {"base", "drive"}));
+  const Diagnostics riding = rehearsed(drive_a_little(driving(to("base/flange"))));
+  EXPECT_FALSE(riding.has_errors()) << riding.to_string();
+  const Diagnostics said = rehearsed(drive_a_little(driving(to("world"), false)));
+  EXPECT_FALSE(said.has_errors()) << said.to_string();
+  EXPECT_EQ(std::ranges::count(said.list(), Code::kUnknownPose, &Diagnostic::code), 1) << said.to_string();
+}
+
 TEST(PtpSolution, FreeIsTheNearestWhosePathIsFree) {
   const auto go = [](const std::string& more) {
     return kRight + R"({"do": "ptp", "name": "go", "to": {"in": "room", "position_m": [0.0, 0.55, 0.4],
