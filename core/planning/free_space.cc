@@ -161,6 +161,7 @@ double FreeSpace::room(Pair& pair, const JointVector& q, double enough) {
   const auto a = static_cast<std::size_t>(pair.bodies.a());
   const double some = std::max(least, 0.0), more = least + enough - some;
   const auto apart_from = [&](std::size_t pose, double within) {
+    ++swept_looks_;
     put_swept(pair, pose);
     return room_here(pair, some + within, more) + some;
   };

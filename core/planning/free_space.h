@@ -77,8 +77,9 @@ class FreeSpace {
   [[nodiscard]] const Obstruction& last_obstruction() const { return last_; }
   /// What did so most often; a is -1: nothing yet.
   [[nodiscard]] Obstruction most_frequent_obstruction() const;
-  /// How many postures were looked at: a measure of work that does not depend on the machine.
-  [[nodiscard]] std::int64_t looks() const { return looks_; }
+  /// How many postures were looked at, and among how much that is swept: a measure of work that does not depend on the
+  /// machine.
+  [[nodiscard]] std::int64_t looks() const { return looks_ + swept_looks_ / kSweptInALook; }
 
  private:
   /// A posture near which a pair may be nearer than elsewhere.
@@ -158,7 +159,8 @@ class FreeSpace {
   std::map<int, int> sweep_of_;  ///< by body
   std::vector<Pair> pairs_;
   Obstruction last_;
-  std::int64_t looks_ = 0;
+  static constexpr std::int64_t kSweptInALook = 8;  ///< about as much work as a posture among what stands
+  std::int64_t looks_ = 0, swept_looks_ = 0;
 };
 
 }  // namespace takt::planning
