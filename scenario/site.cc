@@ -186,6 +186,7 @@ Result<Site> read_site(const std::filesystem::path& file) {
     return site;
   }
   site->text = *text;
+  site->file = file.string();
   for (auto& [name, binding] : site->devices) binding.file = file.string();
   return site;
 }

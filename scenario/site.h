@@ -55,6 +55,7 @@ using ArmGroups = std::set<std::set<std::string, std::less<>>>;
 struct Site {
   std::map<std::string, Binding, std::less<>> devices;
   std::string text = {};  ///< of the file; empty: there is none
+  std::string file = {};  ///< its name; empty: there is none
   /// Arms that cooperate are made as late as the slowest of them, so that they are together at their flanges (row T3).
   bool pad_delays = true;
   /// The arm whose controller's clock paces the core, in real time; empty: the machine's clock does.

@@ -145,9 +145,9 @@ void SiteDevices::plan(LoadedDevices devices, Diagnostics& diagnostics) {
                      fmt::format("there is no device '{}'", name), nearest_choice(name, names_)});
   }
   if (const std::string refusal = master_refusal(devices); !refusal.empty()) {
-    diagnostics.error(Code::kIncompatible, "/master_clock",
-                      fmt::format("the clock of '{}' cannot be the master: {}", site_.master_clock, refusal),
-                      "an arm that a driver reaches on an address, such as 'fri' or 'rtde'; or leave the key out");
+    diagnostics.add({Severity::kError, Code::kIncompatible, site_.file, "/master_clock",
+                     fmt::format("the clock of '{}' cannot be the master: {}", site_.master_clock, refusal),
+                     "an arm that a driver reaches on an address, such as 'fri' or 'rtde'; or leave the key out"});
   }
 }
 

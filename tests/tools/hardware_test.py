@@ -98,10 +98,11 @@ class TwoProcesses(unittest.TestCase):
 
     def test_a_master_that_has_no_clock_of_its_own_is_refused(self):
         for master, backend in (("arm", "arm=fri:virtual"), ("nobody", self.backend), ("arm", "arm=cia402:127.0.0.1:20599")):
-            run = self.run_with_site(self.site(master, backend), "--realtime")
+            site = self.site(master, backend)
+            run = self.run_with_site(site, "--realtime")
             self.assertEqual(run.returncode, 2, run.stdout + run.stderr)
-            errors = [(one["code"], one["pointer"]) for one in json.loads(run.stdout)["diagnostics"] if one["severity"] == "error"]
-            self.assertIn(("incompatible", "/master_clock"), errors, backend)
+            errors = [(one["code"], one["file"], one["pointer"]) for one in json.loads(run.stdout)["diagnostics"] if one["severity"] == "error"]
+            self.assertIn(("incompatible", str(site), "/master_clock"), errors, backend)
 
     def test_a_driver_that_is_killed_leaves_an_arm_that_stands(self):
         emulator = self.emulate()
