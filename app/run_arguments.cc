@@ -57,20 +57,6 @@ void check_products(const RunArguments& arguments, std::vector<std::filesystem::
                       "another name");
 }
 
-std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets, Diagnostics& diagnostics) {
-  std::vector<scenario::Override> overrides;
-  for (const std::string& set : sets) {
-    const std::size_t equals = set.find('=');
-    if (equals == std::string::npos || set[0] != '/') {
-      diagnostics.error(Code::kInvalidValue, "--set", fmt::format("'{}' is not JSON_POINTER=VALUE", set),
-                        "--set /devices/arm/model=NAME");
-      continue;
-    }
-    overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
-  }
-  return overrides;
-}
-
 /// The site file, and what the command line says over it.
 scenario::Site parse_site(const RunArguments& arguments, Diagnostics& diagnostics) {
   scenario::Site site;
@@ -99,6 +85,20 @@ void show_progress(double sim_time, double planned, const std::string& step) {
 bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
 }  // namespace
+
+std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets, Diagnostics& diagnostics) {
+  std::vector<scenario::Override> overrides;
+  for (const std::string& set : sets) {
+    const std::size_t equals = set.find('=');
+    if (equals == std::string::npos || set[0] != '/') {
+      diagnostics.error(Code::kInvalidValue, "--set", fmt::format("'{}' is not JSON_POINTER=VALUE", set),
+                        "--set /devices/arm/model=NAME");
+      continue;
+    }
+    overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
+  }
+  return overrides;
+}
 
 void add_film_view_options(CLI::App& parser, FilmViewArguments& arguments) {
   parser.add_option("--eye", arguments.eye, "A camera that no file has: where it is, m in world, with --look-at")

@@ -52,6 +52,10 @@ struct ParsedRun {
 [[nodiscard]] ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs,
                               Diagnostics& diagnostics);
 
+/// The values of several --set, JSON_POINTER=VALUE each. Realtime: setup.
+[[nodiscard]] std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets,
+                                                         Diagnostics& diagnostics);
+
 /// What happens goes to stderr, a line each, from this level on. @param level  a name of log_level_names()
 void log_on_stderr(std::string_view level, scenario::RunOptions& options);
 /// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.

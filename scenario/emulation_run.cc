@@ -124,11 +124,31 @@ Diagnostics EmulationRun::add_emulators(const Site& site, LoadedDevices devices,
   return diagnostics;
 }
 
+void EmulationRun::tell(const Options& options, const std::string& who, const std::string& what) const {
+  if (options.tell) options.tell(fmt::format("{:.3f} s  {}: {}", to_seconds(built_.world->time()), who, what));
+}
+
 void EmulationRun::tell_news(const Options& options) {
   for (const Emulated& one : emulators_) {
-    for (const std::string& line : one.emulator->news()) {
-      if (options.tell)
-        options.tell(fmt::format("{:.3f} s  {}: {}", to_seconds(built_.world->time()), one.device, line));
+    for (const std::string& line : one.emulator->news()) tell(options, one.device, line);
+  }
+}
+
+/// What a person does at an arm: its own stop, and the reset after it has stopped by itself.
+void EmulationRun::carry_out_commands(const Options& options) {
+  while (const auto line = options.next_command ? options.next_command() : std::nullopt) {
+    const std::size_t blank = line->find(' ');
+    const std::string what = line->substr(0, blank), name = blank == std::string::npos ? "" : line->substr(blank + 1);
+    const auto served = std::ranges::find(emulators_, name, &Emulated::device);
+    sim::SimArm* arm = served == emulators_.end() ? nullptr : built_.world->arm(name);
+    if (arm != nullptr && what == "reset") {
+      arm->release_brakes();
+      tell(options, name, "reset");
+    } else if (arm != nullptr && what == "stop") {
+      arm->stop(device::StopCategory::kStopThenBrakes);
+      tell(options, name, "stopped at the machine");
+    } else if (!line->empty()) {
+      tell(options, *line, "is neither 'reset ARM' nor 'stop ARM' of an arm that is emulated");
     }
   }
 }
@@ -153,7 +173,9 @@ EmulationRun::Report EmulationRun::run(const Options& options) {
                                fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
       break;
     }
-    if (cycle % kNewsEvery == 0) tell_news(options);
+    if (cycle % kNewsEvery != 0) continue;
+    tell_news(options);
+    carry_out_commands(options);
   }
   tell_news(options);
   report.sim_time = to_seconds(built_.world->time());

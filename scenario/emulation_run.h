@@ -3,6 +3,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ class EmulationRun {
     bool realtime = false;                              ///< real-time scheduling and locked memory, where permitted
     const std::atomic<int>* interrupt = nullptr;        ///< ends the run
     std::function<void(const std::string& line)> tell;  ///< what the controllers have to say
+    /// What somebody at the machines does next, without waiting for it: "reset ARM", "stop ARM".
+    std::function<std::optional<std::string>()> next_command;
   };
   struct Report {
     double sim_time = 0.0;      ///< s
@@ -47,7 +50,9 @@ class EmulationRun {
                                                                                  const Site& site,
                                                                                  LoadedDevices devices,
                                                                                  std::uint64_t seed);
+  void tell(const Options& options, const std::string& who, const std::string& what) const;
   void tell_news(const Options& options);
+  void carry_out_commands(const Options& options);
 
   struct Emulated {
     std::string device;

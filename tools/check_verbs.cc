@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/process.h"
+#include "app/run_arguments.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"
 #include "core/base/text_location.h"
@@ -38,9 +39,12 @@ FileKind kind_of(const Json& document) {
 }
 
 /// All diagnostics of a file, warnings included.
-Diagnostics check_scenario(const std::filesystem::path& file, const Common& common) {
+Diagnostics check_scenario(const std::filesystem::path& file, const std::vector<scenario::Override>& overrides,
+                           const Common& common) {
   const device::ModelLibrary library = common.library();
-  const auto session = scenario::Session::open(file, library);
+  scenario::OpenOptions options;
+  options.overrides = overrides;
+  const auto session = scenario::Session::open(file, library, options);
   return session ? (*session)->warnings() : session.error();
 }
 
@@ -63,7 +67,9 @@ Diagnostics check_net_file(const std::filesystem::path& file) {
   return net ? (*net)->report().notes : net.error();
 }
 
-Diagnostics check_file(const std::filesystem::path& file, const Common& common) {
+/// @param overrides  of a scenario's values
+Diagnostics check_file(const std::filesystem::path& file, const std::vector<scenario::Override>& overrides,
+                       const Common& common) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) return check_model(file);
   const auto document = read_json(file);
@@ -80,12 +86,13 @@ Diagnostics check_file(const std::filesystem::path& file, const Common& common) 
     case FileKind::kScenario:
       break;
   }
-  return check_scenario(file, common);
+  return check_scenario(file, overrides, common);
 }
 
-int validate(const std::vector<std::string>& files, const Common& common) {
+int validate(const std::vector<std::string>& files, const std::vector<std::string>& sets, const Common& common) {
   Diagnostics diagnostics;
-  for (const std::string& file : files) diagnostics.append(check_file(file, common));
+  const auto overrides = app::parse_sets(sets, diagnostics);
+  for (const std::string& file : files) diagnostics.append(check_file(file, overrides, common));
   fmt::print(stderr, "{}", to_located_text(diagnostics));
   const bool valid = !diagnostics.has_errors();
   if (common.json) {
@@ -342,7 +349,11 @@ std::pair<CLI::App*, Verb> add_validate(CLI::App& app, Common& common) {
   auto files = std::make_shared<std::vector<std::string>>();
   CLI::App* verb = app.add_subcommand("validate", "Check scenario, net and model files completely; move nothing");
   verb->add_option("FILE", *files, "Files, or folders of models")->required();
-  return {verb, [files, &common] { return validate(*files, common); }};
+  auto sets = std::make_shared<std::vector<std::string>>();
+  verb->add_option("--set", *sets, "Change one value of the scenario files; several times")
+      ->type_name("JSON_POINTER=VALUE")
+      ->allow_extra_args(false);
+  return {verb, [files, sets, &common] { return validate(*files, *sets, common); }};
 }
 
 std::pair<CLI::App*, Verb> add_verify(CLI::App& app, Common& common) {

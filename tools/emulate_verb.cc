@@ -10,6 +10,7 @@
 #include "app/run_arguments.h"
 #include "scenario/emulation_run.h"
 #include "tools/cli.h"
+#include "tools/typed_lines.h"
 
 namespace takt::tools {
 namespace {
@@ -26,10 +27,13 @@ int emulate(const std::string& file, const app::RunArguments& arguments, const C
   auto run = scenario::EmulationRun::create(std::move(*description), library);
   if (!run) return report(run.error(), common);
   for (const auto& one : (*run)->served())
-    fmt::print(stderr, "EMULATED: {} as {} at {}; Ctrl-C ends\n", one.device, one.kind, one.address);
+    fmt::print(stderr, "EMULATED: {} as {} at {}\n", one.device, one.kind, one.address);
+  fmt::print(stderr, "Ctrl-C ends. Type 'stop ARM' or 'reset ARM' for what a person does at an arm.\n");
+  TypedLines typed;
   const auto ended = (*run)->run({.realtime = arguments.realtime,
                                   .interrupt = &app::catch_interrupts(),
-                                  .tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); }});
+                                  .tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); },
+                                  .next_command = [&typed] { return typed.next(); }});
   fmt::print(stderr, "{}", ended.diagnostics.to_string());
   if (common.json) {
     print({{"result", ended.diagnostics.has_errors() ? "error" : "ended"},

@@ -256,6 +256,13 @@ class Verbs(WithFolder):
         self.assertEqual(json.loads(dry.stdout)["result"], "valid")
         self.assertEqual(takt("validate", "scenarios/touch.json", "models/lwr4plus").returncode, 0)
 
+    def test_validate_takes_changes_of_values(self):
+        self.assertEqual(takt("validate", "scenarios/wave.json", "--set", "/devices/arm/model=ur5").returncode, 0)
+        wrong = takt("validate", "scenarios/wave.json", "--set", "/devices/arm/model=ur55")
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("/devices/arm/model", wrong.stderr)
+        self.assertIn("--set", takt("validate", "scenarios/wave.json", "--set", "nowhere").stderr)
+
     def test_validate_warns_of_a_scene_over_its_visual_budget(self):
         crowded = copy.deepcopy(TOUCH)
         for i in range(6):

@@ -40,7 +40,8 @@ class TwoProcesses(unittest.TestCase):
 
     def emulate(self, *arguments):
         process = subprocess.Popen([TAKT, "emulate", str(self.file), "--backend", self.backend, "--json", *arguments],
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+        self.addCleanup(process.stdin.close)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.kill)
@@ -122,6 +123,26 @@ class TwoProcesses(unittest.TestCase):
         _, err = emulator.communicate(timeout=30)
         self.assertEqual(emulator.returncode, 0, err)
         self.assertRegex(err, "MON: (20 answers missing in a row|communication quality)")
+
+    def test_an_arm_that_was_stopped_moves_again_only_after_somebody_has_reset_it(self):
+        emulator = self.emulate()
+        emulator.stderr.readline()  # what may be typed
+
+        def type_in(line, answer):
+            emulator.stdin.write(line + "\n")
+            emulator.stdin.flush()
+            for said in emulator.stderr:
+                if answer in said:
+                    return
+            self.fail(f"no answer '{answer}' to '{line}'")
+
+        type_in("reset the arm", "is neither 'reset ARM' nor 'stop ARM'")
+        type_in("stop arm", "arm: stopped at the machine")
+        refused = self.run_takt()
+        self.assertEqual(refused.returncode, 3, refused.stdout + refused.stderr)
+        type_in("reset arm", "arm: reset")
+        run = self.run_takt()
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
     def test_without_a_controller_the_run_says_what_to_check(self):
         run = self.run_takt("--set", "/time_limit_s=60")
