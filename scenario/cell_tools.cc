@@ -34,8 +34,7 @@ void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diag
     return;
   }
   // On a tool side it hangs on an arm once that is coupled.
-  command::MountedTool tool{.arm = side ? std::string() : arm->entry->name,
-                            .ball_radius = device.kind->ball_radius(*device.model)};
+  command::MountedTool tool{.arm = side ? std::string() : arm->entry->name, .tip = device.kind->tip(*device.model)};
   for (const auto& [name, X_MT] : tcps) tool.X_FT[name] = (side ? pose_on_side(device) : pose_on_arm(device)) * X_MT;
   if (side) {
     tool.side = side->entry->name;
@@ -122,7 +121,7 @@ void add_tools(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnost
     const auto tool = cell.tools.find(arm->second.tool_name);
     if (tool == cell.tools.end() || tool->second.arm != arm->first) continue;
     arm->second.X_FT = tool->second.X_FT.find(tool->second.tcp)->second;
-    arm->second.ball_radius = tool->second.ball_radius;
+    arm->second.tip = tool->second.tip;
   }
 }
 

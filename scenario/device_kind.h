@@ -72,8 +72,8 @@ class DeviceKind {
   /// Its tool centre point in its own mount frame, m. Nothing: it is no tool. The builder of a cell makes what has one
   /// a tool of its arm (Cell::tools), with the frames "NAME" and "NAME/tcp".
   [[nodiscard]] virtual std::optional<Eigen::Isometry3d> tcp(const device::ModelDescription&) const { return {}; }
-  /// Radius of its probing ball around the tool centre point, m; 0: it has none.
-  [[nodiscard]] virtual double ball_radius(const device::ModelDescription&) const { return 0.0; }
+  /// What is at its tool centre point. By default nothing that matters.
+  [[nodiscard]] virtual device::ToolTip tip(const device::ModelDescription&) const { return {}; }
   /// The names that a program may use, before anything is built.
   /// @param model  null where it cannot be read
   virtual void declare(const DeviceEntry& entry, const device::ModelDescription* model, command::Cell& cell) const;

@@ -17,8 +17,8 @@ class ToolKind final : public DeviceKind {
   std::optional<Eigen::Isometry3d> tcp(const device::ModelDescription& model) const override {
     return dynamic_cast<const ToolDescription&>(model).X_MT;
   }
-  double ball_radius(const device::ModelDescription& model) const override {
-    return dynamic_cast<const ToolDescription&>(model).ball_radius;
+  device::ToolTip tip(const device::ModelDescription& model) const override {
+    return dynamic_cast<const ToolDescription&>(model).tip;
   }
 };
 

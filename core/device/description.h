@@ -82,13 +82,20 @@ struct ForceTorqueDescription : ModelDescription {
   Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles
 };
 
+/// What is at the tool centre point T of a tool.
+struct ToolTip {
+  double ball_radius = 0.0;  ///< of a probing ball around T, m; 0: none
+  /// By how much springs of the tool give way to a force on T, along each axis of T, m/N.
+  Eigen::Vector3d compliance_T = Eigen::Vector3d::Zero();
+};
+
 /// What is known of a passive tool: where it acts and what it weighs.
 struct ToolDescription : ModelDescription {
   std::string mount_link;
   std::string tcp_link;
   Eigen::Isometry3d X_MT = Eigen::Isometry3d::Identity();  ///< tool centre point in the mount frame, m
-  double ball_radius = 0.0;                                ///< m; 0 if the tool has no probing ball
-  PayloadSetting payload;                                  ///< from the URDF, in mount axes
+  ToolTip tip;
+  PayloadSetting payload;  ///< from the URDF, in mount axes
 };
 
 /// One terminal of an I/O block. A digital value counts as 0 or 1.

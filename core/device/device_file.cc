@@ -83,9 +83,10 @@ Result<std::shared_ptr<const ToolDescription>> read_tool(const fs::path& folder)
   tool.mount_link = file->read_common(reader, tool);
   tool.tcp_link = file->link(reader, "tcp");
   if (reader.has("flange")) file->link(reader, "flange");
-  tool.ball_radius = reader.has("ball_radius_m") ? reader.number("ball_radius_m", {}, kPositive) : 0.0;
+  tool.tip.ball_radius = reader.has("ball_radius_m") ? reader.number("ball_radius_m", {}, kPositive) : 0.0;
   if (file->robot() != nullptr && !file->diagnostics().has_errors()) {
     tool.X_MT = pose_between(*file->robot(), tool.mount_link, tool.tcp_link);
+    tool.tip.compliance_T = compliance_of(*file->robot(), file->plant().springs, tool.tcp_link);
     tool.payload = transform(pose_between(*file->robot(), tool.mount_link, file->robot()->root().name),
                              rigid_payload(*file->robot()));
   }

@@ -36,6 +36,9 @@ class DeviceFile {
   /// Null until read_common() and where the URDF is wrong.
   [[nodiscard]] const std::shared_ptr<const kinematics::RobotModel>& robot() const { return robot_; }
 
+  /// Of read_common().
+  [[nodiscard]] const PlantDescription& plant() const { return plant_; }
+
   /// kind, name, title, maker, urdf, base: as members of every description.
   template <class Description>
   std::string read_common(ObjectReader& reader, Description& description) {
@@ -48,7 +51,7 @@ class DeviceFile {
     const std::string urdf = reader.text("urdf");
     description.urdf = load_urdf(urdf, reader.at("urdf"));
     description.robot = robot_;
-    (void)read_plant_keys(reader, robot_.get(), kind_);  // for its diagnostics
+    plant_ = read_plant_keys(reader, robot_.get(), kind_);
     std::string base = reader.text("base");
     check_link(base, reader.at("base"));
     return base;
@@ -78,6 +81,7 @@ class DeviceFile {
   std::string kind_;
   std::unique_ptr<Diagnostics> diagnostics_;
   std::shared_ptr<const kinematics::RobotModel> robot_;
+  PlantDescription plant_;
 };
 
 /// Pose of link `to` in link `from`; both belong to one rigid model (or all joints are at zero).

@@ -99,6 +99,21 @@ PlantDescription read_plant_keys(ObjectReader& reader, const kinematics::RobotMo
   return plant;
 }
 
+Eigen::Vector3d compliance_of(const kinematics::RobotModel& robot, const std::vector<SpringJoint>& springs,
+                              const std::string& link) {
+  Eigen::Vector3d compliance = Eigen::Vector3d::Zero();
+  for (const auto* joint = robot.joint_above(link); joint != nullptr; joint = robot.joint_above(joint->parent)) {
+    const auto spring = std::ranges::find(springs, joint->name, &SpringJoint::joint);
+    if (spring == springs.end()) continue;
+    const Eigen::Isometry3d X_LJ = pose_between(robot, link, joint->child);
+    const Eigen::Vector3d axis = X_LJ.linear() * joint->axis;
+    const bool turns = joint->type == kinematics::JointType::kRevolute;
+    const Eigen::Vector3d way = turns ? axis.cross(-X_LJ.translation()) : axis;
+    compliance += way.cwiseAbs2() / spring->stiffness;
+  }
+  return compliance;
+}
+
 Result<PlantDescription> read_plant(const ModelDescription& model) {
   if (model.folder.empty()) return PlantDescription{};  // described by a program, without a file
   const auto file = model.folder / kFileName;

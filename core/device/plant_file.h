@@ -32,6 +32,11 @@ struct PlantDescription {
   bool protective_stop_off = false;        ///< the file says why
 };
 
+/// By how much springs between the root and a link give way to a force on the link's origin, along each of its axes,
+/// m/N; preloads do not count. Realtime: setup.
+[[nodiscard]] Eigen::Vector3d compliance_of(const kinematics::RobotModel& robot,
+                                            const std::vector<SpringJoint>& springs, const std::string& link);
+
 /// Asks the reader for the keys that belong to a plant; what is wrong with them becomes diagnostics. Realtime: setup.
 /// @param robot  null where the URDF could not be read
 /// @param kind   "arm", "gripper", ...: keys of other kinds stay unknown

@@ -71,4 +71,11 @@ ServoResponse servo_response(const ArmDescription& arm, const Compliance& compli
                      yield(felt, dampers(JointVector(JointVector::Constant(3, 1.0 / mobility)), 3)));
 }
 
+ServoResponse through_tip(const ServoResponse& arm, double compliance) {
+  if (!(arm.stiffness > 0.0 && compliance > 0.0)) return arm;
+  return {.stiffness = 1.0 / (1.0 / arm.stiffness + compliance),
+          .natural_frequency = arm.natural_frequency * std::max(1.0, arm.stiffness * compliance),
+          .damping_ratio = arm.damping_ratio};
+}
+
 }  // namespace takt::device

@@ -31,4 +31,9 @@ struct ServoPosture {
 [[nodiscard]] ServoResponse servo_response(const ArmDescription& arm, const Compliance& compliance,
                                            const ServoPosture& posture, const Eigen::Vector3d& direction_B);
 
+/// The same through a tip that gives way by so much, m/N: softer by the spring that is in series, and faster where the
+/// tip is softer than the arm, since it yields before the arm's mass matters (docs/force-control.md, "Tips that
+/// yield").
+[[nodiscard]] ServoResponse through_tip(const ServoResponse& arm, double compliance);
+
 }  // namespace takt::device

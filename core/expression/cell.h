@@ -33,10 +33,10 @@ namespace takt::command {
 struct MountedArm {
   device::Arm* device = nullptr;                           ///< owned by the control core
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< tool centre point in force, in the flange, m
-  double ball_radius = 0.0;                    ///< of a probing ball around the tool centre point, m; 0 = none
-  kinematics::JointVector start;               ///< where the arm is before the program, rad or m
-  Eigen::Vector3d gravity_B{0.0, 0.0, -9.81};  ///< m/s^2 in its base
-  std::string tool_name = {};                  ///< of its default tool, a key of Cell::tools; empty: the flange alone
+  device::ToolTip tip = {};                                ///< at the tool centre point in force
+  kinematics::JointVector start;                           ///< where the arm is before the program, rad or m
+  Eigen::Vector3d gravity_B{0.0, 0.0, -9.81};              ///< m/s^2 in its base
+  std::string tool_name = {};  ///< of its default tool, a key of Cell::tools; empty: the flange alone
   /// What it carries without parts: tools, sensors, grippers. Nothing: what it was told first.
   std::optional<device::PayloadSetting> unloaded = {};
   double told_mass = 0.0;  ///< kg at the tool centre point, as a program said without a grip (Actuator::carry)
@@ -94,7 +94,7 @@ struct MountedTool {
   std::string arm;                                                  ///< that carries it; empty: it is not coupled
   std::map<std::string, Eigen::Isometry3d, std::less<>> X_FT = {};  ///< tool centre points by name, in the flange, m
   std::string tcp = std::string(kOwnTcp);                           ///< the one that counts where none is named
-  double ball_radius = 0.0;                                         ///< of its probing ball, m; 0 = none
+  device::ToolTip tip = {};                                         ///< at the tool centre points
   /// The tool side of a tool changer that it is mounted on; empty: it is fixed to its arm.
   std::string side = {};
   std::map<std::string, Eigen::Isometry3d, std::less<>> X_ST = {};  ///< tool centre points in that tool side, m

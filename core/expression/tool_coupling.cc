@@ -24,7 +24,7 @@ void reset_tool(Cell& cell, const std::string& name) {
   const auto tool = cell.tools.find(arm.tool_name);
   const bool there = tool != cell.tools.end() && tool->second.arm == name;
   arm.X_FT = default_tcp(cell, name);
-  arm.ball_radius = there ? tool->second.ball_radius : 0.0;
+  arm.tip = there ? tool->second.tip : device::ToolTip{};
 }
 
 /// What the tools on a tool side hold.

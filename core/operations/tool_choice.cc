@@ -49,7 +49,7 @@ Result<ToolInForce> frame_as_tool(const Cell& cell, const std::string& arm, cons
                                   const MountedTool* tool) {
   const auto carrier = cell.frames.contains(choice.tcp) ? cell.carrier_of(choice.tcp) : std::nullopt;
   if (carrier && carrier->arm == arm && carrier->link.empty() && choice.tool.empty())
-    return ToolInForce{carrier->X_FO, 0.0};
+    return ToolInForce{.X_FT = carrier->X_FO};
   auto names = tool != nullptr ? keys_of(tool->X_FT) : std::vector<std::string>();
   if (cell.frames.contains(choice.tcp))
     return failure(Code::kUnknownPose, "/tcp", fmt::format("'{}' does not ride on the flange of '{}'", choice.tcp, arm),
@@ -66,12 +66,12 @@ Result<ToolInForce> find_tool(const Cell& cell, const std::string& arm, const To
   const MountedTool* const meant = *tool;
   if (meant == nullptr && choice.tcp.empty()) {
     const command::MountedArm& bare = cell.arms.find(arm)->second;
-    return ToolInForce{bare.X_FT, bare.ball_radius};
+    return ToolInForce{bare.X_FT, bare.tip};
   }
   const std::string& tcp = choice.tcp.empty() ? meant->tcp : choice.tcp;
   const bool own = meant != nullptr && meant->X_FT.contains(tcp);
   if (!own) return frame_as_tool(cell, arm, choice, meant);
-  return ToolInForce{meant->X_FT.find(tcp)->second, meant->ball_radius};
+  return ToolInForce{meant->X_FT.find(tcp)->second, meant->tip};
 }
 
 bool changes_tool(const Cell& cell, const ArmTools& tools) {
@@ -94,7 +94,7 @@ Diagnostics use_tools(Cell& cell, const ArmTools& tools) {
       continue;
     }
     arm->second.X_FT = wanted->X_FT;
-    arm->second.ball_radius = wanted->ball_radius;
+    arm->second.tip = wanted->tip;
   }
   return diagnostics;
 }

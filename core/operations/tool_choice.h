@@ -25,10 +25,10 @@ struct ArmTool {
 };
 using ArmTools = std::vector<ArmTool>;
 
-/// The tool centre point and the probing ball that count on an arm.
+/// The tool centre point that counts on an arm, and what is there.
 struct ToolInForce {
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< in the flange, m
-  double ball_radius = 0.0;                                ///< m; 0: none
+  device::ToolTip tip = {};
 };
 
 /// @return diagnostics "/tool" or "/tcp": there is no such thing on this arm

@@ -12,7 +12,7 @@ Diagnostics note_touch(Context& context, const std::string& arm, const Eigen::Is
 
 Diagnostics note_touch_in_room(Context& context, const std::string& arm, const Eigen::Isometry3d& X_WT) {
   const Eigen::Vector3d p_W = X_WT.translation();
-  context.variables.touches[arm] = {p_W, context.cell.arms.find(arm)->second.ball_radius, context.core.cycle()};
+  context.variables.touches[arm] = {p_W, context.cell.arms.find(arm)->second.tip.ball_radius, context.core.cycle()};
   context.event(arm, "touch", fmt::format("({:.5f}, {:.5f}, {:.5f}) m", p_W.x(), p_W.y(), p_W.z()));
   return {};
 }

@@ -31,7 +31,10 @@ class ServoStiffness final : public Primitive {
             setup.out<Real>("natural_frequency", {.unit = "rad/s", .doc = "of the tool on it", .may_be_null = true})),
         damping_(setup.out<Real>("damping_ratio", {.unit = "1", .doc = "of the same", .may_be_null = true})),
         delay_(setup.out<Real>("delay", {.unit = "s", .doc = "from a set point to when the arm follows it"})),
-        kinematics_(setup) {
+        kinematics_(setup),
+        tip_T_(setup.parameter<Vector>(
+            "tip_compliance", Vector(Vector::Zero()),
+            {.unit = "m/N", .doc = "by how much the tool gives way by itself, along each axis of T"})) {
     setup.costs(3000.0);
   }
 
@@ -63,9 +66,10 @@ class ServoStiffness final : public Primitive {
     const kinematics::Payload payload{load.mass, load.p_FC, load.I_C};
     const JointVector q = q_->map();
     const Eigen::Matrix3d R_BT = kinematics_.X_BT.linear();
-    return device::servo_response(kinematics_.arm->description(), compliance,
-                                  {.q = q, .J_BT = kinematics_.J_BT, .R_BT = R_BT, .payload = payload},
-                                  direction_->normalized());
+    const Eigen::Vector3d n_B = direction_->normalized();
+    const auto arm = device::servo_response(kinematics_.arm->description(), compliance,
+                                            {.q = q, .J_BT = kinematics_.J_BT, .R_BT = R_BT, .payload = payload}, n_B);
+    return device::through_tip(arm, (R_BT.transpose() * n_B).cwiseAbs2().dot(tip_T_));
   }
 
   /// One cycle until the set point is sent, and what its back end declares.
@@ -89,6 +93,7 @@ class ServoStiffness final : public Primitive {
   In<Vector> direction_;
   Out<Real> stiffness_, frequency_, damping_, delay_;
   ArmKinematics kinematics_;
+  Vector tip_T_;
   device::ControlMode mode_ = device::ControlMode::kPosition;
   device::ServoResponse response_;
   int wait_ = 0;
@@ -138,6 +143,12 @@ class ForceController final : public Primitive {
         frequency_(servo(setup, "natural_frequency", "rad/s", "of the arm; without it filter_frequency")),
         damping_(servo(setup, "damping_ratio", "1", "of the arm; without it 1")),
         delay_(servo(setup, "delay", "s", "from a velocity to when the arm follows it; without it one cycle")),
+        path_(setup.in<Vector>("path_velocity",
+                               {.unit = "m/s",
+                                .doc = "of the path that the tool follows, in axes that do not turn: with it a surface "
+                                       "that moves is learned as one that is tilted",
+                                .on_null = OnNull::kMayPass,
+                                .optional = true})),
         velocity_(setup.out<Real>("velocity", {.unit = "m/s", .doc = "along the approach"})),
         contact_(setup.out<Boolean>("contact", {.doc = "the force is controlled"})),
         at_force_(setup.out<Boolean>("at_force", {.doc = "in contact, and the force (20 Hz) is inside the band"})),
@@ -218,9 +229,12 @@ class ForceController final : public Primitive {
   /// Times the arm's own stiffness: no surface can make it harder than 1, so from here on the figures of the arm are
   /// wrong, and what is seen counts. Blows and noise stay below.
   static constexpr double kImpossible = 1.5;
-  static constexpr double kMostGain = 2.0;        ///< times the arm's own: where the law is half as far from swinging
-  static constexpr double kRaise_s = 0.1;         ///< in which a gain goes up; it comes down at once
-  static constexpr double kIntegralShare = 0.25;  ///< of the rate of the law
+  static constexpr double kMostGain = 2.0;       ///< times the arm's own: where the law is half as far from swinging
+  static constexpr double kRaise_s = 0.1;        ///< in which a gain goes up; it comes down at once
+  static constexpr double kIntegralShare = 0.5;  ///< of the rate of the law
+  static constexpr double kEdge = 0.66;          ///< of the wanted force: what misses more than that is no slope
+  static constexpr double kPathRests = 1e-3;     ///< m/s: a path that is slower shows nothing of a tilt
+  static constexpr double kSteepest = 1.0;       ///< tilt, m/m: 45 degrees
 
   static double number(Setup& setup, const char* name, const char* unit, const char* doc, const char* example,
                        const char* range) {
@@ -232,16 +246,25 @@ class ForceController final : public Primitive {
   void begin() {
     in_contact_ = touched_ = brought_up_ = false;
     lost_for_ = 0;
-    last_ = drift_ = mean_ = 0.0;
+    last_ = mean_ = 0.0;
+    forget_motion();
     filter_.begin(0.0);
     forget_surface(0.0);
   }
+  [[nodiscard]] Vector path() const { return path_.null() ? Vector::Zero() : *path_; }
+  void forget_motion() {
+    drift_ = 0.0;
+    tilt_.setZero();
+  }
   /// What the next touch shows begins with it.
   void forget_surface(double force) {
-    pressed_.begin(force);
-    travel_.begin(0.0);
-    slope_.reset();
+    begin_measuring(force, 0.0);
     seen_ = learned_ = 0.0;
+  }
+  void begin_measuring(double force, double velocity) {
+    pressed_.begin(force);
+    travel_.begin(velocity);
+    slope_.reset();
   }
 
   /// Figures of the arm, the rate of the law on the hardest surface, and the gain that gives it.
@@ -267,7 +290,8 @@ class ForceController final : public Primitive {
     lost_for_ = *force_ < release_ ? lost_for_ + 1 : 0;
     if (lost_for_ <= cycles_of(release_time_, h)) return;
     in_contact_ = brought_up_ = false;
-    drift_ = learned_ = seen_ = 0.0;
+    learned_ = seen_ = 0.0;
+    forget_motion();
   }
 
   /// Until the force has been there once the filter does not hold back what brakes: so it does not go beyond.
@@ -277,9 +301,11 @@ class ForceController final : public Primitive {
     if (in_contact_ && !brought_up_ && brakes) filter_.begin(std::max(error, 0.0));
   }
 
-  /// Force over travel, of both since the touch and through the same filter.
+  /// Force over travel, of both since the touch and through the same filter. Along a path a tilted surface changes the
+  /// force without any travel, so nothing can be said there.
   void measure(double h) {
     if (!in_contact_ || !(servo_.stiffness > 0.0)) return;
+    if (path().norm() > kPathRests) return begin_measuring(*force_, last_);
     pressed_.update(*force_, servo_.natural_frequency, servo_.damping_ratio, h);
     travel_.update(last_, servo_.natural_frequency, servo_.damping_ratio, h);
     slope_.update(travel_.value, pressed_.rate, h);
@@ -303,16 +329,30 @@ class ForceController final : public Primitive {
     return impossible ? std::min(base_, gain_on(kCaution * seen_)) : std::max(base_, learned_);
   }
 
+  /// A change of the surface's velocity, m/s. Along a path it is the tilt that is learned, so that it is right at every
+  /// speed and in every direction.
+  void learn(double change) {
+    const double square = path().squaredNorm();
+    if (square > kPathRests * kPathRests) {
+      tilt_ += change / square * path();
+      tilt_ *= std::min(1.0, kSteepest / std::max(tilt_.norm(), kSteepest));
+    } else {
+      drift_ = std::clamp(drift_ + change, -velocity_max_, velocity_max_);
+    }
+  }
+
   void move(double h) {
     double wanted = approach_;
     if (touched_) {
       const double per_newton = gain();
-      const double law = per_newton * filter_.value + drift_;
+      const double law = per_newton * filter_.value + drift_ + tilt_.dot(path());
       // Where it has lost the surface it does not come back faster than it came.
       const double fastest = in_contact_ && lost_for_ == 0 ? velocity_max_ : approach_;
       wanted = std::clamp(law, -velocity_max_, fastest);
-      if (integral_ && brought_up_ && wanted == law) drift_ += kIntegralShare * rate_ * per_newton * filter_.value * h;
-      drift_ = std::clamp(drift_, -velocity_max_, velocity_max_);
+      if (integral_ && brought_up_ && wanted == law) {
+        const double lesson = std::clamp(filter_.value, -kEdge * *wanted_, kEdge * *wanted_);
+        learn(kIntegralShare * rate_ * per_newton * lesson * h);
+      }
     }
     const double step = acceleration_max_ * h;
     const bool begins = !touched_ && approach_acceleration_ > 0.0;
@@ -322,6 +362,7 @@ class ForceController final : public Primitive {
   }
 
   In<Real> wanted_, force_, stiffness_, frequency_, damping_, delay_;
+  In<Vector> path_;
   Out<Real> velocity_;
   Out<Boolean> contact_, at_force_;
   double approach_, touch_, release_, release_time_, band_, gain_;
@@ -338,8 +379,10 @@ class ForceController final : public Primitive {
   double seen_ = 0.0;     ///< slope, N/m; 0: not known
   double learned_ = 0.0;  ///< gain for the surface as it was measured; 0: not measured
   double last_ = 0.0;     ///< velocity
-  double drift_ = 0.0;    ///< velocity of the surface
-  double mean_ = 0.0;     ///< force
+  double drift_ = 0.0;    ///< velocity of the surface, where no path moves
+  Vector tilt_ =
+      Vector::Zero();  ///< of the surface: its height over the way along the path, in the axes of path_velocity
+  double mean_ = 0.0;  ///< force
 };
 
 TAKT_PRIMITIVE(ServoStiffness, "force",

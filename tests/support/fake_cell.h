@@ -95,7 +95,7 @@ class FakeCell {
     command::MountedArm mounted;
     mounted.device = core.find_arm("arm");
     mounted.X_FT.translation().z() = 0.15;
-    mounted.ball_radius = 0.005;
+    mounted.tip.ball_radius = 0.005;
     mounted.start = arm->home;
     cell.arms["arm"] = mounted;
     command::MountedSensor wrist;
@@ -129,7 +129,7 @@ class FakeCell {
   Eigen::Vector3d block_force(const Eigen::Vector3d& p_WT) const {
     const world::Object& block = cell.objects.at("block");
     const Eigen::Vector3d p_O = X_WO_true.inverse() * p_WT;
-    const double depth = cell.arms.at("arm").ball_radius - world::signed_distance(block, p_O);
+    const double depth = cell.arms.at("arm").tip.ball_radius - world::signed_distance(block, p_O);
     if (depth <= 0.0) return Eigen::Vector3d::Zero();
     Eigen::Vector3d gradient;
     constexpr double kStep = 1e-7;

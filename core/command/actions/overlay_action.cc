@@ -333,6 +333,9 @@ class ForceOffset final : public ActionModel {
                  {{"vector", net::value_to_json(net::Vector(parameters_.direction_M))}});
     contribution.set_point.feed(fragment, "frame", "pressed_direction.frame");
     fragment.link("pressed_direction.value", "servo.direction");
+    fragment.add("path_motion", "TwistComponents");
+    contribution.set_point.feed(fragment, "twist", "path_motion.input");
+    fragment.link("path_motion.linear", "force_law.path_velocity");
     add_begin(fragment, contribution.path_clock);
     add_stand(fragment, contribution.path_clock);
     add_offset(fragment, contribution);

@@ -103,6 +103,10 @@ class Press final : public VelocityModel {
     }
     add_linked(fragment, "follow", "AddTwists", {{"a", "back.value"}});
     path.feed(fragment, "twist", "follow.b");
+    fragment.add("path_motion", "TwistComponents");
+    path.feed(fragment, "twist", "path_motion.input");
+    // The clock of the path waits for the contact.
+    fragment.link_delayed("path_motion.linear", "force_law.path_velocity", vector_json(Eigen::Vector3d::Zero()));
     fragment.link("follow.value", "follow_parts.input");
   }
 

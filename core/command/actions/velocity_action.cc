@@ -61,8 +61,11 @@ void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actu
 void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
                    const ForceControlParameters& parameters) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
+  const MountedArm& arm = *actuator.arm();
   add_linked(fragment, "servo", "ServoStiffness", {{"q", "state.q"}},
-             {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
+             {{"device", actuator.name()},
+              {"tool", net::value_to_json(net::Frame(arm.X_FT))},
+              {"tip_compliance", net::value_to_json(net::Vector(arm.tip.compliance_T))}});
   fragment.add("force_law", "ForceController",
                {{"wanted", parameters.force},
                 {"approach_velocity", parameters.approach_velocity},

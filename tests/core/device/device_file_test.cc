@@ -43,9 +43,25 @@ TEST(DeviceFile, ReadsSensorAndProbe) {
   EXPECT_GT((*sensor)->X_MT.translation().z(), (*sensor)->X_MS.translation().z() - 1e-12);
   const auto probe = read_tool("models/probe_ball");
   ASSERT_TRUE(probe) << probe.error().to_string();
-  EXPECT_EQ((*probe)->ball_radius, 0.005);
+  EXPECT_EQ((*probe)->tip.ball_radius, 0.005);
   EXPECT_GT((*probe)->payload.mass, 0.0);
   EXPECT_GT((*probe)->X_MT.translation().z(), 0.02);
+}
+
+/// Along the plunger its spring, across it the tilt about the guide.
+TEST(DeviceFile, ATipYieldsAsTheSpringsOfTheToolSay) {
+  const auto rigid = read_tool("models/probe_ball");
+  ASSERT_TRUE(rigid);
+  EXPECT_EQ((*rigid)->tip.compliance_T, Eigen::Vector3d::Zero());
+  const auto sprung = read_tool("models/probe_sprung");
+  ASSERT_TRUE(sprung) << sprung.error().to_string();
+  const Eigen::Vector3d compliance = (*sprung)->tip.compliance_T;
+  EXPECT_NEAR(compliance.z(), 1.0 / 40e3, 1e-12);
+  const auto* joint = (*sprung)->robot->joint("tilt_x");
+  ASSERT_NE(joint, nullptr);
+  const double lever = (*sprung)->X_MT.translation().z() - joint->X_PJ.translation().z();
+  EXPECT_NEAR(compliance.x(), lever * lever / 160.0, 1e-9);
+  EXPECT_NEAR(compliance.y(), compliance.x(), 1e-12);
 }
 
 /// A copy of the LWR's folder whose device file is changed.

@@ -26,7 +26,7 @@ class ForceStepTest : public test::ActivityTest {
   /// What the block exerts on the ball along its z, N.
   double pressed_with() const {
     const double z = (fake.X_WO_true.inverse() * fake.tool_in_world(fake.backend->state().q).translation()).z();
-    const double depth = 0.025 + fake.cell.arms.at("arm").ball_radius - z;
+    const double depth = 0.025 + fake.cell.arms.at("arm").tip.ball_radius - z;
     return std::max(0.0, depth) * test::FakeCell::kStiffness;
   }
 };

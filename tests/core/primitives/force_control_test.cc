@@ -224,6 +224,86 @@ TEST(ForceControl, ASurfaceThatComesIsFollowedWithoutAnError) {
   }
 }
 
+/// A path to and fro across a surface that is tilted by 10 degrees: once the tilt is known, neither a turn nor another
+/// speed costs anything.
+TEST(ForceControl, ATiltIsLearnedOnceForAllSpeedsAndDirections) {
+  Json parameters = law(20.0, 0.005, false);
+  parameters["surface_moves"] = true;
+  for (const bool told : {false, true}) {
+    PrimitiveHarness control("ForceController", parameters);
+    PressedTool tool{.mass = 6.0, .frequency = 60.0, .surface = 1e5};
+    set_arm(control, 20.0);
+    double worst = 0.0;
+    for (int i = 0; i < 9000; ++i) {
+      const double t = kCycle * i - 3.0;
+      const double way = t < 2.0 ? 0.02 : 0.03 * std::cos(5.0 * (t - 2.0));  // m/s, and turns back each 0.6 s
+      const double along = t < 0.0 ? 0.0 : way * std::min(1.0, 20.0 * t);
+      const double comes = along * std::tan(10.0 * M_PI / 180.0) * kCycle;  // seen from the surface
+      tool.x += comes, tool.sent += comes;
+      if (told) control.set("path_velocity", Vector(0.6 * along, -0.8 * along, 0.0));
+      control.set("force", tool.force).step();
+      tool.step(*control.get<Real>("velocity"));
+      if (t > 3.0) worst = std::max(worst, std::abs(tool.force - 20.0));
+    }
+    if (told) {
+      EXPECT_LT(worst, 0.4);
+    } else {
+      EXPECT_GT(worst, 1.0) << "so the case is one";
+    }
+  }
+}
+
+/// A path across a slope presses without any travel of the law: that is no hard surface.
+TEST(ForceControl, ASlopeIsNotTakenForAHardSurface) {
+  Json parameters = law(8.0, 0.005, false);
+  parameters["surface_moves"] = true;
+  PrimitiveHarness control("ForceController", parameters);
+  PressedTool tool{.mass = 6.0, .frequency = 60.0, .surface = 1e5};
+  set_arm(control, 8.0);
+  double most = 0.0;
+  for (int i = 0; i < 5000; ++i) {
+    const double along = i < 3000 ? 0.0 : 0.05;
+    const double comes = along * std::tan(10.0 * M_PI / 180.0) * kCycle;
+    tool.x += comes, tool.sent += comes;
+    control.set("path_velocity", Vector(along, 0.0, 0.0)).set("force", tool.force).step();
+    tool.step(*control.get<Real>("velocity"));
+    if (i > 3000) most = std::max(most, tool.force);
+  }
+  EXPECT_LT(most, 25.0);
+  EXPECT_NEAR(tool.force, 8.0, 0.2);
+}
+
+/// A tip of 20 N/mm on an arm of 100 kg: the arm's mass is behind it, so the force comes much faster.
+TEST(ForceControl, ATipThatYieldsMakesAHeavyArmQuick) {
+  const device::ServoResponse arm{.stiffness = 360e3, .natural_frequency = 60.0, .damping_ratio = 1.0};
+  const device::ServoResponse soft = device::through_tip(arm, 1.0 / 20e3);
+  EXPECT_NEAR(soft.stiffness, 1.0 / (1.0 / 360e3 + 1.0 / 20e3), 1e-6);
+  EXPECT_NEAR(soft.natural_frequency, 60.0 * 18.0, 1e-9);
+  const device::ServoResponse hard = device::through_tip(arm, 1.0 / 1e6);
+  EXPECT_NEAR(hard.natural_frequency, 60.0, 1e-12);
+  EXPECT_LT(hard.stiffness, arm.stiffness);
+  const auto settled = [&](const device::ServoResponse& figures) {
+    PrimitiveHarness control("ForceController", law(20.0, 0.005));
+    control.set("wanted", 20.0)
+        .set("stiffness", figures.stiffness)
+        .set("natural_frequency", figures.natural_frequency)
+        .set("damping_ratio", figures.damping_ratio)
+        .set("delay", kCycle);
+    PressedTool tool{.mass = 100.0, .frequency = 60.0, .surface = 20e3};  // the tip on something hard
+    double last = 0.0, touched = 0.0;
+    for (int i = 0; i < 4000; ++i) {
+      control.set("force", tool.force).step();
+      tool.step(*control.get<Real>("velocity"));
+      if (tool.force <= 0.0) touched = kCycle * i;
+      if (std::abs(tool.force - 20.0) > 1.0) last = kCycle * i;
+      EXPECT_LT(tool.force, 22.0);
+    }
+    return last - touched;
+  };
+  EXPECT_LT(settled(soft), 0.3);
+  EXPECT_LT(settled(soft), 0.5 * settled(arm));
+}
+
 TEST(ForceControl, WithoutFiguresAndWithoutAGainNothingMoves) {
   PrimitiveHarness control("ForceController", law(20.0, 0.005));
   control.set("wanted", 20.0).set("force", 0.0).step();

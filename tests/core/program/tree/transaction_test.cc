@@ -30,7 +30,7 @@ class TransactionTest : public test::CommandStepTest {
  protected:
   double pressed_with() const {
     const double z = (cell.X_WO_true.inverse() * cell.tool_in_world(cell.backend->state().q).translation()).z();
-    return std::max(0.0, 0.025 + cell.cell.arms.at("arm").ball_radius - z) * test::FakeCell::kStiffness;
+    return std::max(0.0, 0.025 + cell.cell.arms.at("arm").tip.ball_radius - z) * test::FakeCell::kStiffness;
   }
   static std::string lamp_after(const std::string& on) {
     return R"({"do": "transaction", "name": "t", "commands": {
