@@ -26,9 +26,15 @@ constexpr double kPeriod = 1e-3;
 struct Arm {
   const char* name;
   const char* probe;
+  /// Of motions that slide, in the axes of the tool.
+  const char* compliance = "";
 };
+constexpr const char* kSprings = R"(, "compliance": {"mode": "cartesian_impedance", "axes": "tool",
+          "stiffness_N_m": [3000, 3000, 500], "rotational_stiffness_Nm_rad": [200, 200, 200]})";
 constexpr Arm kArms[] = {
     {"lwr4plus", "probe_ball"}, {"ur5", "probe_ball"}, {"tx90", "probe_sprung"}, {"tx90", "probe_ball"}};
+/// What gives way by itself slides over what comes too fast for any law.
+constexpr Arm kOnSprings{"lwr4plus", "probe_ball", kSprings};
 
 /// What a step did to the surface: the force along the direction that is controlled, N, in each cycle.
 struct Trace {
@@ -57,7 +63,7 @@ std::string objects(const Surface& surface) {
 std::string scenario_of(const Arm& arm, const Surface& surface, double y_m, const std::string& steps) {
   return fmt::format(R"({{"time_limit_s": 100, "devices": {{
         "arm": {{"model": "{}", "at": {{"in": "world", "position_m": [0, 0, 0.75]}}}},
-        "wrist": {{"model": "ft_gamma", "on": "arm"}}, "probe": {{"model": "{}", "on": "wrist"}}}}, {},
+        "wrist": {{"model": "ft_gamma", "on": "arm"}}, "probe": {{"model": "{}", "on": "wrist", "friction": 0.2}}}}, {},
       "program": {{"do": "sequence", "steps": [
         {{"do": "ptp", "to": {{"in": "block", "position_m": [0, {}, 0.035], "rpy_deg": [{}, 0, 0]}}}},
         {{"do": "wait", "seconds": 0.3}}, {{"do": "tare"}}, {}]}},
@@ -125,6 +131,7 @@ double settled_after(std::span<const double> force, double wanted, double share)
 
 /// The arm, and its tip where that yields.
 std::string label(const Arm& arm) {
+  if (*arm.compliance != '\0') return fmt::format("{}, on springs", arm.name);
   return arm.probe == std::string("probe_ball") ? arm.name : fmt::format("{}, sprung", arm.name);
 }
 
@@ -160,11 +167,12 @@ void press(const Arm& arm, double stiffness, double wanted) {
 void slide(const Arm& arm, const char* name, const Surface& surface, double wanted, double speed) {
   const double length = 0.08;
   const std::string steps = fmt::format(
-      R"({{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005, "travel_m": 0.1,
-          "seconds": 0.5}},
+      R"({}{{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005, "travel_m": 0.1,
+          "seconds": 0.5{}}},
          {{"do": "lin", "name": "slide", "to": {{"by_m": [0, {}, 0]}}, "velocity_m_s": {}, "acceleration": 0.5,
-          "force_offset": {{"force_N": {}, "reach_m": 0.03}}}})",
-      wanted, length, speed, wanted);
+          "force_offset": {{"force_N": {}, "reach_m": 0.03}}{}}})",
+      *arm.compliance != '\0' ? R"({"do": "control_mode", "mode": "cartesian_impedance"}, )" : "", wanted,
+      arm.compliance, length, speed, wanted, arm.compliance);
   const Trace trace = run(scenario_of(arm, surface, -0.04, steps));
   const std::span<const double> all(trace.force);
   const auto cycles = static_cast<std::size_t>(length / speed / kPeriod);
@@ -222,12 +230,14 @@ int main(int argc, char** argv) {
     std::printf(
         "| arm | surface | N | mm/s | mean | sd | mean after 0.5 s | sd | most, N | lost "
         "|\n|---|---|---|---|---|---|---|---|---|---|\n");
-    each_arm([](const Arm& arm) {
+    const auto all_slides = [](const Arm& arm) {
       for (const auto& [name, surface] :
            {std::pair<const char*, Surface>{"flat", {}}, {"slope", {.slope_deg = 10.0}}, {"step", {.step = 0.001}}})
         for (const double wanted : {8.0, 20.0})
           for (const double speed : {0.005, 0.02, 0.05}) slide(arm, name, surface, wanted, speed);
-    });
+    };
+    each_arm(all_slides);
+    if (only.empty() || only == kOnSprings.name) all_slides(kOnSprings);
   }
   if (what == "all" || what == "touch") {
     std::printf("| arm | N/m | peak, N | at rest, N |\n|---|---|---|---|\n");
