@@ -37,7 +37,9 @@ FAULTS = [
      "error", "the bottoms not found where expected", EARLY + ["nothing touched"]),
     ("a top is missing", ["/objects/top #/copies/step_m=[-0.12,0,0]"], "failed", "workpiece 2 is skipped: no top", []),
     ("a bottom is missing", ["/objects/bottom #/copies/step_m=[0.14,0,0]"], "failed", "workpiece 2 is skipped: no bottom", []),
-    ("a screw is missing", ["/objects/screw #/copies/step_m=[0,0.04,0]"], "failed", "workpiece 2 goes back unfinished: no screw", []),
+    # It is thrown out of the magazine, since a program that finds none in the belief is refused.
+    ("a screw is missing", ['/faults=[{"do":"push","at_s":2,"body":"screw 2","force_N":[0.03,0,0.11],"seconds":0.1}]'], "failed",
+     "workpiece 2 goes back unfinished: no screw", []),
     ("a top without its hole", ["/objects/top #/parts/0/bores=[]"], "failed", "workpiece 1 goes back unfinished", []),
     ("a thread that is too small", ["/objects/bottom #/parts/1/bores/0/thread=M5"], "failed", "workpiece 1 goes back unfinished", []),
     ("a crossed thread", ["/objects/bottom #/parts=" + json.dumps([BLOCK, *WALLS, INSERT])], "failed", "unfinished: the thread is crossed", []),
@@ -74,7 +76,7 @@ def judge(report, log, result, text, excused):
     said = log + json.dumps(report, ensure_ascii=False)
     if text not in said:
         wrong.append(f"nothing says '{text}'")
-    for one in report["expectations"]:
+    for one in report.get("expectations", []):
         must = any(one["name"].startswith(name) for name in ALWAYS) and not any(one["name"].startswith(name) for name in excused)
         if must and not one["passed"]:
             wrong.append(f"{one['name']}: {one['measured']}")
@@ -92,7 +94,7 @@ def main():
     parser.add_argument("takt")
     parser.add_argument("names", nargs="*")
     parser.add_argument("--jobs", type=int, default=1)
-    given = parser.parse_args()
+    given = parser.parse_intermixed_args()
     chosen = [one for one in FAULTS if not given.names or any(name in one[0] for name in given.names)]
     takt = str(pathlib.Path(given.takt).resolve())
     print("| fault | ends | at | with |\n|---|---|---|---|")
@@ -102,7 +104,7 @@ def main():
         for (name, _, result, text, excused), (report, log) in zip(chosen, runs):
             wrong = judge(report, log, result, text, excused)
             failed += bool(wrong)
-            print(f"| {name} | {report['result']} | {report['sim_time']:.1f} s | {message_of(log, report)} |{'  WRONG: ' + '; '.join(wrong) if wrong else ''}",
+            print(f"| {name} | {report['result']} | {report.get('sim_time', 0.0):.1f} s | {message_of(log, report)} |{'  WRONG: ' + '; '.join(wrong) if wrong else ''}",
                   flush=True)
     return 1 if failed else 0
 
