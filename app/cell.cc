@@ -84,12 +84,17 @@ class Cell::Impl {
     build();
     run_.emplace(description_, built_, expectations_, setup_.run);
     if (!run_->open()) throw OpenError(run_->report().diagnostics);
+    activity::Runtime::Options wanted{
+        .scheduler = {.latency_cycles = description_.program_latency_cycles, .checks_collisions = true},
+        .variables = &run_->variables(),
+        .event = [this](auto source, auto name, auto text) { run_->note(source, name, text); }};
+    if (setup_.run.realtime) {
+      realtime_ = scenario::realtime_loop(built_, setup_.run);
+      wanted.realtime = realtime_->support();
+      wanted.scheduler.margin_cycles = activity::RealtimeSupport::kMargin;
+    }
     runtime_.emplace(
-        *built_.core, built_.cell, [this] { cycle(); },
-        activity::Runtime::Options{
-            .scheduler = {.latency_cycles = description_.program_latency_cycles, .checks_collisions = true},
-            .variables = &run_->variables(),
-            .event = [this](auto source, auto name, auto text) { run_->note(source, name, text); }});
+        *built_.core, built_.cell, [this] { cycle(); }, wanted);
     operator_.emplace(description_.operator_script, *built_.core, built_.emergency_stop,
                       scenario::OperatedProgram{.hold = [this](bool held) { runtime_->hold(held); },
                                                 .cancel = [this] { runtime_->cancel(); }},
@@ -98,6 +103,12 @@ class Cell::Impl {
     run_->ask_where([this] { return step_; });
     power_on();
   }
+
+  ~Impl() {
+    if (realtime_) (void)realtime_->stop();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   command::Cell& cell() { return built_.cell; }
   rcc::ControlCore& core() { return *built_.core; }
@@ -132,11 +143,17 @@ class Cell::Impl {
     if (!broken_) settle();
     if (!operator_->broken_off().empty() && !report.diagnostics.has_errors())
       report.diagnostics.error(Code::kCancelled, {}, operator_->broken_off());
+    if (realtime_) run_->in_realtime(realtime_->stop());
     report.reactions = runtime_->reactions();
     return run_->finish(interrupted_, run_again);
   }
 
   bool broken() const { return broken_; }
+
+  void beside(const std::function<void()>& work) {
+    if (!realtime_) return work();
+    realtime_->beside(work);
+  }
 
  private:
   static device::ModelLibrary library(const CellOptions& options) {
@@ -154,6 +171,7 @@ class Cell::Impl {
     if (diagnostics.has_errors() || !description) refuse_cell(std::move(diagnostics));
     description_ = std::move(*description);
     description_.site = setup_.open.site;
+    description_.realtime = setup_.run.realtime;
   }
 
   void build() {
@@ -185,11 +203,31 @@ class Cell::Impl {
   /// Until every device is there and every arm has a set point to begin from.
   void power_on() {
     const auto stopped = [this] { return interrupts() > 0 || run_->out_of_time(step_); };
-    bool going = run_->connect(stopped);
+    bool going = realtime_ ? connect_in_realtime(stopped) : run_->connect(stopped);
     const auto lacks = [](const auto& one) { return one.second.device->set_point().q.size() == 0; };
-    while (going && std::ranges::any_of(built_.cell.arms, lacks)) going = !stopped() && run_->step({});
+    while (going && std::ranges::any_of(built_.cell.arms, lacks)) going = !stopped() && one_cycle({});
     if (!going) throw OpenError(run_->report().diagnostics);
     operate();
+  }
+
+  bool connect_in_realtime(const std::function<bool()>& stopped) {
+    run_->before_cycle();  // of the first one
+    realtime_->start([this] {
+      const bool going = run_->after_cycle();
+      run_->before_cycle();  // of the next one
+      return going;
+    });
+    while (!stopped() && one_cycle({})) {
+      const auto connection = run_->look_for_devices();
+      if (connection != scenario::CellRun::Connection::kWaiting)
+        return connection == scenario::CellRun::Connection::kThere;
+    }
+    return false;
+  }
+
+  /// In real time at least one. @return false: the run cannot go on
+  bool one_cycle(const std::string& current) {
+    return realtime_ ? realtime_->next() && run_->look_on(current) : run_->step(current);
   }
 
   void operate() {
@@ -202,10 +240,14 @@ class Cell::Impl {
 
   void cycle() {
     if (broken_) throw ActivityError(run_->report().diagnostics);
-    const bool going = run_->step(current()) && !run_->out_of_time(current());
+    const bool going = one_cycle(current()) && !run_->out_of_time(current());
     broken_ = !going;
     if (!going) throw ActivityError(run_->report().diagnostics);
-    run_->pace(0.0, current());
+    if (realtime_) {
+      realtime_->beside([this, now = current()] { run_->tell_progress(0.0, now); });
+    } else {
+      run_->pace(0.0, current());
+    }
     look_at_interrupts();
     operate();
   }
@@ -247,6 +289,7 @@ class Cell::Impl {
   std::vector<std::unique_ptr<scenario::Expectation>> expectations_;
   Diagnostics warnings_;
   std::optional<scenario::CellRun> run_;
+  std::unique_ptr<scenario::RealtimeLoop> realtime_;  ///< null: lock-step
   std::optional<activity::Runtime> runtime_;
   std::optional<scenario::Operator> operator_;
   std::string step_;
@@ -330,6 +373,8 @@ bool Cell::wait_until(const command::State& state, double timeout) {
   const auto run = as_activity(waiting).execute();
   return run->value<net::Boolean>("held").value_or(false);
 }
+
+void Cell::beside(const std::function<void()>& work) { impl_->beside(work); }
 
 void Cell::step(const std::string& name) { impl_->step(name); }
 void Cell::print(const std::string& line) { impl_->print(line); }

@@ -24,7 +24,7 @@ struct CellOptions {
   std::vector<std::filesystem::path> models = {};             ///< folders that are searched before those of the install
   std::filesystem::path video = {}, record = {};              ///< MP4, MCAP; empty: none
   std::string camera = {};                                    ///< of the film, in place of the file's cuts
-  bool realtime = false;                                      ///< at most as fast as the wall clock
+  bool realtime = false;                                      ///< at the wall clock's pace, beside the program
   bool quiet = false;                                         ///< print() says nothing
 };
 
@@ -36,7 +36,9 @@ class OpenError final : public activity::ActivityError {
 
 /// A simulated cell that a program in C++ works with: what a scenario file says of devices, objects, frames, faults,
 /// what the operator does, what must come of it and what is filmed; its "program" is not looked at. Between two calls
-/// the time stands still, so a run repeats to the bit. Not copied; one thread; owned by the program. Realtime: setup.
+/// the time stands still, so a run repeats to the bit. In real time the cycle has a thread of its own and planning
+/// another; the program keeps the cycle waiting between two calls only (docs/realtime.md). Not copied; one thread;
+/// owned by the program. Realtime: setup.
 class Cell {
  public:
   /// Opens a scenario or cell file: as it is named, else beside the program, else among the installed scenarios. When
@@ -81,6 +83,9 @@ class Cell {
   void wait_for_all();
   /// Until it holds. @return false: it did not within `timeout`, s
   bool wait_until(const command::State& state, double timeout = 60.0);
+  /// Work of the program's own that takes longer than a cycle: in real time the cycle goes on meanwhile. Nothing of the
+  /// cell may be asked inside.
+  void beside(const std::function<void()>& work);
   /// A coroutine to its end; beside others with runtime().spawn().
   void run(activity::Task task) { runtime().run(std::move(task)); }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include <fmt/format.h>
@@ -420,6 +421,15 @@ void CellRun::record_verdicts() {
     if (recorder_) recorder_->add_event(entry);
     log_.add(std::move(entry));
   }
+}
+
+std::unique_ptr<RealtimeLoop> realtime_loop(BuiltCell& built, const RunOptions& options) {
+  SiteDevices& site = *built.site;
+  RealtimeLoop::Options wanted{.processor = options.processor};
+  // Simulated devices wait for a cycle that is late, so nothing has to be stopped for it.
+  if (!site.has_drivers()) wanted.overrun_limit = std::numeric_limits<int>::max();
+  if (!site.master_clock().empty()) wanted.pace = [&site](Nanoseconds due) { return site.pace(due); };
+  return std::make_unique<RealtimeLoop>(*built.core, site.clock(), wanted);
 }
 
 }  // namespace takt::scenario

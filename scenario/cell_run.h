@@ -122,4 +122,7 @@ class CellRun {
   std::chrono::nanoseconds lost_{0};  ///< that the run is behind the wall clock for good
 };
 
+/// The loop of a cell whose cycle runs beside its program, as the options of the run and the site want it.
+[[nodiscard]] std::unique_ptr<RealtimeLoop> realtime_loop(BuiltCell& built, const RunOptions& options);
+
 }  // namespace takt::scenario

@@ -1,8 +1,7 @@
 #include "scenario/realtime_loop.h"
 
-#include <mutex>
 #include <span>
-#include <thread>
+#include <utility>
 
 namespace takt::scenario {
 namespace {
@@ -26,7 +25,9 @@ RealtimeLoop::RealtimeLoop(rcc::ControlCore& core, MonotonicClock& time, const O
   events_.reserve(kMostEvents);
 }
 
-bool RealtimeLoop::end_of_cycle(const Work& work) {
+RealtimeLoop::~RealtimeLoop() { (void)stop(); }
+
+void RealtimeLoop::end_of_cycle() {
   const std::span<const rcc::Event> news = core_.events();
   if (events_.size() + news.size() <= kMostEvents) {
     events_.insert(events_.end(), news.begin(), news.end());
@@ -35,42 +36,71 @@ bool RealtimeLoop::end_of_cycle(const Work& work) {
   }
   if (!seen_) ++report_.cycles_unseen;
   seen_ = false;
-  return work.after_cycle();
+  going_ = after_cycle_();
 }
 
-RealtimeLoop::Report RealtimeLoop::run(const Work& work) {
-  std::stop_source stop;
-  bool going = true;  // under the lock
-  std::jthread cycle([&] {
-    report_.granted = clock_.run(core_, stop.get_token(), [&](rcc::ControlCore&) {
-      if (going && !end_of_cycle(work)) {
-        going = false;
-        stop.request_stop();
-      }
+void RealtimeLoop::start(std::function<bool()> after_cycle) {
+  after_cycle_ = std::move(after_cycle);
+  lock_.lock();
+  cycle_ = std::jthread([this](std::stop_token stop) {
+    report_.granted = clock_.run(core_, std::move(stop), [this](rcc::ControlCore&) {
+      if (going_) end_of_cycle();
+      if (!going_) cycle_.request_stop();
       cycles_.fetch_add(1);
       cycles_.notify_one();
     });
     cycles_.store(kEnded);
     cycles_.notify_one();
   });
-  for (std::int64_t seen = 0;;) {
-    cycles_.wait(seen);
-    {
-      const std::lock_guard lock(lock_);
-      seen = cycles_.load();
-      if (!going || seen == kEnded) break;
-      seen_ = true;
-      going = work.program();
-      events_.clear();
-      if (!going) break;
-    }
-    if (work.outside) work.outside();
+}
+
+bool RealtimeLoop::wait_for_cycle() {
+  if (!going_ || last_ == kEnded) return false;
+  if (seen_) {
+    lock_.unlock();
+    cycles_.wait(last_);
+    lock_.lock();
   }
-  stop.request_stop();
-  cycle.join();
+  last_ = cycles_.load();
+  seen_ = true;
+  return going_ && last_ != kEnded;
+}
+
+bool RealtimeLoop::next() {
+  events_.clear();
+  return wait_for_cycle();
+}
+
+void RealtimeLoop::beside(const std::function<void()>& work) {
+  lock_.unlock();
+  try {
+    work();
+  } catch (...) {
+    lock_.lock();
+    throw;
+  }
+  lock_.lock();
+}
+
+RealtimeLoop::Report RealtimeLoop::stop() {
+  if (!cycle_.joinable()) return std::move(report_);
+  going_ = false;
+  cycle_.request_stop();
+  lock_.unlock();
+  cycle_.join();
   report_.wakeups = clock_.wakeups();
   report_.begins = clock_.begins();
   return std::move(report_);
+}
+
+RealtimeLoop::Report RealtimeLoop::run(const Work& work) {
+  start(work.after_cycle);
+  while (wait_for_cycle()) {
+    if (!work.program()) break;
+    events_.clear();
+    if (work.outside) beside(work.outside);
+  }
+  return stop();
 }
 
 }  // namespace takt::scenario

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <functional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/activity/planning_thread.h"
@@ -26,6 +27,7 @@ class RealtimeLoop {
   };
   /// @param time  the core's time, for the agents of its devices; it is kept from run() on. Both outlive the loop.
   RealtimeLoop(rcc::ControlCore& core, MonotonicClock& time, const Options& options);
+  ~RealtimeLoop();
 
   /// What the program's scheduler needs.
   [[nodiscard]] const activity::RealtimeSupport& support() const { return support_; }
@@ -48,8 +50,20 @@ class RealtimeLoop {
   /// Returns when the program is over, when after_cycle() says so, or when the clock has failed.
   Report run(const Work& work);
 
+  // -- The same for a program that is not called, but calls: all on one thread, which has the lock from start() to
+  // stop() but where something else is said.
+  /// @param after_cycle  as of Work
+  void start(std::function<bool()> after_cycle);
+  /// Forgets what was seen, and waits, without the lock, for a cycle that was not. @return false: there are no more
+  [[nodiscard]] bool next();
+  /// Work that takes long, without the lock.
+  void beside(const std::function<void()>& work);
+  /// Ends the cycles; nothing happens if they have not begun.
+  Report stop();
+
  private:
-  bool end_of_cycle(const Work& work);
+  void end_of_cycle();
+  [[nodiscard]] bool wait_for_cycle();
 
   rcc::ControlCore& core_;
   Options options_;
@@ -57,8 +71,12 @@ class RealtimeLoop {
   rcc::RealtimeClock clock_;
   std::vector<rcc::Event> events_;  ///< since the program looked last
   Report report_;
+  std::function<bool()> after_cycle_;
   std::atomic<std::int64_t> cycles_ = 0;  ///< that have ended
+  std::int64_t last_ = 0;                 ///< of them, when the program looked last
   bool seen_ = true;                      ///< the program has looked at the last cycle
+  bool going_ = true;                     ///< neither the program nor after_cycle() has said that it is over
+  std::jthread cycle_;
   activity::PlanningThread planning_;
   activity::RealtimeSupport support_;
 };

@@ -1,7 +1,6 @@
 #include "scenario/session.h"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -180,7 +179,7 @@ class Session::Run {
       : session_(session),
         options_(options),
         run_(session.description_, session.built_, session.expectations_, options),
-        realtime_(realtime_loop(session, options)),
+        realtime_(options.realtime ? realtime_loop(session.built_, options) : nullptr),
         context_{session.built_.cell,
                  *session.built_.core,
                  run_.variables(),
@@ -214,16 +213,6 @@ class Session::Run {
   }
 
  private:
-  static std::unique_ptr<RealtimeLoop> realtime_loop(Session& session, const RunOptions& options) {
-    if (!options.realtime) return nullptr;
-    SiteDevices& site = *session.built_.site;
-    RealtimeLoop::Options wanted{.processor = options.processor};
-    // Simulated devices wait for a cycle that is late, so nothing has to be stopped for it.
-    if (!site.has_drivers()) wanted.overrun_limit = std::numeric_limits<int>::max();
-    if (!site.master_clock().empty()) wanted.pace = [&site](Nanoseconds due) { return site.pace(due); };
-    return std::make_unique<RealtimeLoop>(*session.built_.core, site.clock(), wanted);
-  }
-
   void loop() {
     if (realtime_) {
       run_.before_cycle();  // of the first one

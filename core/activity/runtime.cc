@@ -25,7 +25,7 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
       cell_(cell),
       run_cycle_(std::move(run_cycle)),
       options_(options),
-      scheduler_(core, cell, options.scheduler),
+      scheduler_(core, cell, options.scheduler, options.realtime),
       context_{.cell = cell,
                .core = core,
                .variables = options.variables != nullptr ? *options.variables : own_variables_,

@@ -41,6 +41,7 @@ class Runtime {
     std::int64_t most_cycles = 100'000'000;  ///< that a blocking call waits; then it throws
     Variables* variables = nullptr;          ///< what the program measures; null: the runtime has its own
     EventSink event = {};                    ///< is told what happened; may be empty
+    RealtimeSupport realtime = {};           ///< both outlive the runtime
   };
   /// @param cell       devices and frames; see declare_channels()
   /// @param run_cycle  runs one cycle of the core, and of the simulation around it

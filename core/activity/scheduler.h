@@ -11,6 +11,9 @@ namespace takt::activity {
 
 /// What a program needs when the cycle does not wait for it. Both null: lock-step.
 struct RealtimeSupport {
+  /// StartConditions::Options::margin_cycles beside a planning thread: plans of one motion take 1 to 20 ms.
+  static constexpr std::int64_t kMargin = 40;
+
   PlanningThread* planning = nullptr;               ///< plans beside the program
   const std::vector<rcc::Event>* events = nullptr;  ///< of all cycles since the program looked last
 };

@@ -1,8 +1,11 @@
 // A cell for programs in C++ (docs/cpp-api.md): how it is opened, refused, operated, interrupted and judged.
 #include "app/cell.h"
 
+#include <chrono>
 #include <fstream>
 #include <numbers>
+#include <stdexcept>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -140,6 +143,48 @@ TEST(Cell, AnErrorOfTheProgramEndsWhatRunsInOrder) {
   EXPECT_THAT(report.diagnostics, Not(takt::test::ReportsAnywhere(Code::kNotPossibleNow)));
   EXPECT_TRUE(failed(report).empty());
   EXPECT_FALSE(cell.core().find_arm("arm")->held());
+}
+
+/// The cycle has a thread of its own: it goes on while the program calculates.
+TEST(Cell, InRealTimeTheCycleRunsBesideTheProgram) {
+  CellOptions options = with("/expectations", kOnlyLimits);
+  options.realtime = true;
+  Cell cell("wave.json", options);
+  const double begun = cell.time();
+  cell.beside([] { std::this_thread::sleep_for(std::chrono::milliseconds(300)); });
+  EXPECT_GT(cell.time() - begun, 0.1);
+  cell.arm().use<LinInterface>().lin_by({0.0, 0.1, 0.0}).begin_execute();
+  cell.beside([] { std::this_thread::sleep_for(std::chrono::milliseconds(100)); });
+  cell.wait_for_all();
+  const RunReport report = report_of(cell, there_and_back);
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+  ASSERT_TRUE(report.realtime);
+  EXPECT_GT(report.cycles, 1000);
+}
+
+/// In lock-step the time stands still between two calls, whatever the program does.
+TEST(Cell, InLockStepWorkBesideTakesNoTime) {
+  Cell cell("wave.json", with("/expectations", kOnlyLimits));
+  const double begun = cell.time();
+  cell.beside([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); });
+  EXPECT_EQ(cell.time(), begun);
+  EXPECT_FALSE(report_of(cell, there_and_back).realtime);
+}
+
+/// What is thrown in it comes out, and the cell goes on.
+TEST(Cell, AnExceptionOfWorkBesideDoesNotStopTheCell) {
+  CellOptions options = with("/expectations", kOnlyLimits);
+  options.realtime = true;
+  Cell cell("wave.json", options);
+  EXPECT_THROW(cell.beside([] { throw std::runtime_error("no answer"); }), std::runtime_error);
+  EXPECT_EQ(report_of(cell, there_and_back).verdict, Verdict::kPassed);
+}
+
+TEST(Cell, ACellInRealTimeThatIsNotFinishedEndsItsThreads) {
+  CellOptions options;
+  options.realtime = true;
+  Cell cell("wave.json", options);
+  cell.wait(0.05);
 }
 
 TEST(Cell, TheTimeLimitEndsAProgramThatWaitsForEver) {

@@ -43,9 +43,8 @@ void collect_variables(const Json& state, const std::string& place,
 /// In real time a plan may come many cycles after it was asked for: a motion that is to be left in motion is taken over
 /// later.
 Scheduler::Options options_of(const Context& context) {
-  constexpr std::int64_t kRealtimeMargin = 40;  // cycles; plans of one motion take 1 to 20 ms
   Scheduler::Options options{.latency_cycles = context.program_latency_cycles};
-  if (context.realtime != nullptr) options.margin_cycles = kRealtimeMargin;
+  if (context.realtime != nullptr) options.margin_cycles = RealtimeSupport::kMargin;
   return options;
 }
 
