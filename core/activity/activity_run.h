@@ -126,6 +126,7 @@ class ActivityRun {
   Preparation preparation_;
   std::int64_t asked_cycle_ = -1;
   std::int64_t due_cycle_ = 0;  ///< its start takes effect from here on (row D2)
+  bool alone_ = false;          ///< Scheduler::set_alone() when it was asked for
 
   rcc::NetId net_ = 0;
   rcc::NetHandle unloaded_;  ///< the net once the core has been asked to forget it: its values can still be read

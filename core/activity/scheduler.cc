@@ -27,6 +27,7 @@ RunPtr Scheduler::schedule(ActivityPtr model) {
   RunPtr run = std::make_shared<ActivityRun>(core_, std::move(model));
   run->asked_cycle_ = core_.cycle();
   run->due_cycle_ = core_.cycle() + latency_cycles_;
+  run->alone_ = alone_;
   runs_.push_back(run);
   return run;
 }

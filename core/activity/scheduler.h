@@ -34,6 +34,9 @@ class Scheduler {
 
   /// Takes it in; it is carried out as soon as its actuators allow, in the order of calls.
   RunPtr schedule(ActivityPtr model);
+  /// Of what is asked for from now on: nothing else of the program moves beside it, so its planned motions are checked
+  /// for collisions once more before they begin (Options::checks_collisions checks them always).
+  void set_alone(bool alone) { alone_ = alone; }
   /// Plans it now if that is possible, and not in the next poll(): the world is as whoever asks for it sees it.
   void prepare(const RunPtr& run) {
     if (run->state() == RunState::kQueued && !held_) try_plan(*run);
@@ -90,6 +93,7 @@ class Scheduler {
   rcc::ControlCore& core_;
   const command::Cell& cell_;
   RunPlanner planner_;
+  bool alone_ = false;
   const std::vector<rcc::Event>* events_;  ///< null: those of the core, of its last cycle
   std::int64_t latency_cycles_;
   std::vector<RunPtr> runs_;         ///< in the order of schedule(), until they are over

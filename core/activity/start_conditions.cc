@@ -63,8 +63,10 @@ std::string StartConditions::fault_of(const ActivityRun& run) const {
 
 std::optional<PlanningContext> StartConditions::planning_context(const ActivityRun& run,
                                                                  const RunsBefore& before) const {
-  PlanningContext planning{
-      .cell = cell_, .period = core_.period(), .predecessors = {}, .checks_collisions = options_.checks_collisions};
+  PlanningContext planning{.cell = cell_,
+                           .period = core_.period(),
+                           .predecessors = {},
+                           .checks_collisions = options_.checks_collisions || run.alone_};
   bool wait = false, all_leave = true;
   const auto own = run.model_->actuators();
   for (const std::string& actuator : own) {

@@ -403,6 +403,33 @@ std::uint64_t seed_of_a_high_block() {
   }
 }
 
+/// Where a goal is measured the rehearsal knows only what it will be about.
+std::string to_a_measured_goal(const std::string& move) {
+  return R"json({"do": "sequence",
+    "variables": {"goal": {"type": "pose", "nominal": {"in": "world", "position_m": [0.6, 0, 0.3], "rpy_deg": [180, 0, 0]}}},
+    "steps": [{"do": "wait", "seconds": 0.1},
+      {"do": "let", "values": {
+        "goal": "$at(0.6[m], 0[m], select(force('wrist') < 1000[N], -0.02[m], 0.3[m])) * rpy(180[deg], 0[deg], 0[deg])"}}, )json" +
+         move + "]}";
+}
+
+TEST(Run, AMotionToAMeasuredGoalIsCheckedBeforeItBegins) {
+  const std::string steps = to_a_measured_goal(R"({"do": "ptp", "name": "go", "to": "$goal"})");
+  EXPECT_THAT(rehearsed(CellText{}.with(steps)), Not(ReportsAnywhere(Code::kCollision)));
+  const RunReport report = run_of(CellText{}.with(steps), 1);
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  EXPECT_THAT(report.diagnostics, Reports(Code::kCollision, "/program/steps/0/steps/2", {"go", "table"}));
+  EXPECT_LT(report.sim_time, 0.2) << "nothing has moved";
+}
+
+TEST(Run, ACollisionIsAFailureThatAProgramMayHandle) {
+  const std::string steps = to_a_measured_goal(
+      R"({"do": "try", "steps": [{"do": "ptp", "name": "go", "to": "$goal"}],
+          "on_error": {"as": "why", "steps": [{"do": "log", "text": "$'no: ' + why"}]}})");
+  const RunReport report = run_of(CellText{}.with(steps), 1);
+  EXPECT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+}
+
 TEST(Run, AContactThatNoStepMeansIsAFault) {
   const RunReport report = run_of(mistaken().with(kAbove + kNearTable), seed_of_a_high_block());
   EXPECT_EQ(report.verdict, Verdict::kError);

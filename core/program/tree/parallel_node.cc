@@ -86,18 +86,22 @@ class ParallelNode final : public Node {
 /// What runs meanwhile belongs to a parallel; the outermost counts.
 class InParallel {
  public:
-  InParallel(Meanwhile& meanwhile, const std::string& pointer)
-      : meanwhile_(meanwhile), outermost_(meanwhile.parallel.empty()) {
-    if (outermost_) meanwhile_.parallel = pointer;
+  InParallel(Context& context, const std::string& pointer)
+      : context_(context), outermost_(context.meanwhile.parallel.empty()) {
+    if (!outermost_) return;
+    context_.meanwhile.parallel = pointer;
+    context_.scheduler->set_alone(false);
   }
   ~InParallel() {
-    if (outermost_) meanwhile_.parallel.clear();
+    if (!outermost_) return;
+    context_.meanwhile.parallel.clear();
+    context_.scheduler->set_alone(true);
   }
   InParallel(const InParallel&) = delete;
   InParallel& operator=(const InParallel&) = delete;
 
  private:
-  Meanwhile& meanwhile_;
+  Context& context_;
   bool outermost_;
 };
 
@@ -119,7 +123,7 @@ class ParallelRun final : public NodeRun {
     }
     diagnostics.append(std::exchange(to_tell_, {}));
     ask_for_end(execution);  // a state that was put back may say so
-    const InParallel inside(execution.context.meanwhile, node_.pointer);
+    const InParallel inside(execution.context, node_.pointer);
     for (Branch& branch : branches_) {
       if (branch.outcome != Outcome::kRunning) continue;
       const OnStrand line(execution, branch.strand);

@@ -99,6 +99,7 @@ ProgramRunner::ProgramRunner(const Program& program, Context& context)
       execution_(context),
       run_(std::make_unique<SettledRun>(program.root().begin(scope_))) {
   context.scheduler = &scheduler_;
+  scheduler_.set_alone(true);
   execution_.strand = &strand_;
 }
 
