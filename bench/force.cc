@@ -167,8 +167,8 @@ void press(const Arm& arm, double stiffness, double wanted) {
 void slide(const Arm& arm, const char* name, const Surface& surface, double wanted, double speed) {
   const double length = 0.08;
   const std::string steps = fmt::format(
-      R"({}{{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005, "travel_m": 0.1,
-          "seconds": 0.5{}}},
+      R"({}{{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005,
+          "travel_m": 0.1, "seconds": 0.5{}}},
          {{"do": "lin", "name": "slide", "to": {{"by_m": [0, {}, 0]}}, "velocity_m_s": {}, "acceleration": 0.5,
           "force_offset": {{"force_N": {}, "reach_m": 0.03}}{}}})",
       *arm.compliance != '\0' ? R"({"do": "control_mode", "mode": "cartesian_impedance"}, )" : "", wanted,

@@ -8,7 +8,7 @@
 namespace takt::tools {
 namespace {
 
-constexpr std::size_t kLongest = 4096;  // of a line; more is nobody's typing
+constexpr std::size_t kLongestLine = 4096;  // of a line; more is nobody's typing
 
 bool may_read() { return isatty(STDIN_FILENO) == 0 || tcgetpgrp(STDIN_FILENO) == getpgrp(); }
 
@@ -18,7 +18,7 @@ std::optional<std::string> TypedLines::next() {
   if (text_.find('\n') == std::string::npos) read_what_is_there();
   const auto end = text_.find('\n');
   if (end == std::string::npos) {
-    if (text_.size() > kLongest) text_.clear();
+    if (text_.size() > kLongestLine) text_.clear();
     return std::nullopt;
   }
   std::string line = text_.substr(0, end);

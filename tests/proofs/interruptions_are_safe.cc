@@ -152,6 +152,7 @@ class Interrupted {
                           {"to", {{"joints_deg", std::vector<double>(q.begin(), q.end())}}},
                           {"speed", 0.2}});
     }
+    built_->cell.shapes = nullptr;  // it is asked whether the arms can move, not whether there is room amid things
     const auto program = activity::Program::parse({{"do", "sequence"}, {"steps", branches}}, "/again", built_->cell);
     if (!program) return tries.complain(program.error().to_string());
     activity::Variables variables;

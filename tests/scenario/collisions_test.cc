@@ -406,10 +406,12 @@ std::uint64_t seed_of_a_high_block() {
 /// Where a goal is measured the rehearsal knows only what it will be about.
 std::string to_a_measured_goal(const std::string& move) {
   return R"json({"do": "sequence",
-    "variables": {"goal": {"type": "pose", "nominal": {"in": "world", "position_m": [0.6, 0, 0.3], "rpy_deg": [180, 0, 0]}}},
+    "variables": {"goal": {"type": "pose", "nominal": {
+      "in": "world", "position_m": [0.6, 0, 0.3], "rpy_deg": [180, 0, 0]}}},
     "steps": [{"do": "wait", "seconds": 0.1},
       {"do": "let", "values": {
-        "goal": "$at(0.6[m], 0[m], select(force('wrist') < 1000[N], -0.02[m], 0.3[m])) * rpy(180[deg], 0[deg], 0[deg])"}}, )json" +
+        "goal": "$at(0.6[m], 0[m], select(force('wrist') < 1000[N], -20[mm], 0.3[m])) * rpy(180[deg], 0[deg], 0[deg])"
+      }}, )json" +
          move + "]}";
 }
 

@@ -221,7 +221,7 @@ TEST_F(ForceOffsetTest, P2_APausedPathStillHoldsTheForce) {
     least = std::min(least, *handle.value<net::Real>("force"));
     most = std::max(most, *handle.value<net::Real>("force"));
   }
-  EXPECT_EQ(along(), there) << "it stands on its path";
+  EXPECT_NEAR(along(), there, 1e-12) << "it stands on its path";
   EXPECT_GT(least, 4.0);
   EXPECT_LT(most, 12.0);
   (void)cell.speed->write(1.0);
