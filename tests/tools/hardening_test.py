@@ -294,8 +294,8 @@ class Files(WithFolder):
                     step["name"] = kept
 
     def test_a_direction_that_is_too_long(self):
-        document = json.loads((ROOT / "scenarios/search.json").read_text())
-        press = next(step for step in document["program"]["steps"] if step["do"] in ("press", "search"))
+        document = json.loads((ROOT / "lessons/10-press.json").read_text())
+        press = next(step for step in document["program"]["steps"] if step["do"] == "press")
         press["direction"] = [0, 0, 1e300]
         self.refused("validate", self.write(document), said="[out-of-range]")
 
