@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "core/collision/narrow_phase.h"
 
@@ -84,16 +86,26 @@ double BodyPair::bound(const Poses& poses, double enough) const {
   return std::max(whole, least);
 }
 
+NearestPair::NearestPair(const Scene& scene, std::vector<BodyPair> pairs) : pairs_(std::move(pairs)) {
+  std::map<int, std::size_t> places;
+  const auto place_of = [&](int body) {
+    const auto [found, fresh] = places.emplace(body, balls_.size());
+    if (fresh) balls_.push_back({body, scene.body(body).box.center(), {}});
+    return found->second;
+  };
+  for (const BodyPair& pair : pairs_)
+    coarse_.push_back(
+        {place_of(pair.a()), place_of(pair.b()), scene.body(pair.a()).radius + scene.body(pair.b()).radius});
+}
+
 double NearestPair::distance(const Poses& poses) {
   double best = std::numeric_limits<double>::infinity();
   if (!pairs_.empty()) best = pairs_[nearest_].distance(poses, best, Effort::kCyclic);
+  for (Ball& ball : balls_) ball.at = poses[static_cast<std::size_t>(ball.body)] * ball.middle;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const Body &a = scene_.body(pairs_[i].a()), &b = scene_.body(pairs_[i].b());
-    // Balls first: two poses and one norm.
-    const Eigen::Vector3d between = poses[static_cast<std::size_t>(pairs_[i].a())] * a.box.center() -
-                                    poses[static_cast<std::size_t>(pairs_[i].b())] * b.box.center();
-    const double least = best + a.radius + b.radius;
-    if (between.squaredNorm() > least * least) continue;
+    // Balls first: one norm.
+    const double least = best + coarse_[i].radii;
+    if ((balls_[coarse_[i].a].at - balls_[coarse_[i].b].at).squaredNorm() > least * least) continue;
     const double apart = pairs_[i].distance(poses, best, Effort::kCyclic);
     if (apart >= best) continue;
     best = apart;

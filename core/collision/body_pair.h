@@ -44,7 +44,7 @@ class BodyPair {
 /// Thread: one at a time. Realtime: the constructor setup; queries cyclic.
 class NearestPair {
  public:
-  NearestPair(const Scene& scene, std::vector<BodyPair> pairs) : scene_(scene), pairs_(std::move(pairs)) {}
+  NearestPair(const Scene& scene, std::vector<BodyPair> pairs);
 
   /// m; certified. 0: two of them overlap or touch. Infinite without pairs.
   [[nodiscard]] double distance(const Poses& poses);
@@ -52,8 +52,19 @@ class NearestPair {
   [[nodiscard]] std::size_t nearest() const { return nearest_; }
 
  private:
-  const Scene& scene_;
+  /// Around one of the bodies.
+  struct Ball {
+    int body;
+    Eigen::Vector3d middle;  ///< in the body, m
+    Eigen::Vector3d at;      ///< of this query
+  };
+  struct Coarse {
+    std::size_t a, b;  ///< of balls_
+    double radii;      ///< of both, m
+  };
   std::vector<BodyPair> pairs_;
+  std::vector<Coarse> coarse_;  ///< of the pairs, in their order
+  std::vector<Ball> balls_;
   std::size_t nearest_ = 0;  ///< of the last query: most often it still is
 };
 
