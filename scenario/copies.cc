@@ -50,13 +50,14 @@ class CopyWriter {
  private:
   void read_parameters() {
     const auto found = document_.find("parameters");
-    if (found == document_.end()) return;
+    if (found == document_.end()) return read_ranges();
     if (!found->is_object()) {
       diagnostics_.error(Code::kWrongType, "/parameters", "unexpected value " + short_dump(*found), "an object {...}");
     } else {
       for (const auto& [name, value] : found->items()) read_parameter(name, value);
     }
     document_.erase("parameters");
+    read_ranges();
     declare_in_program();
   }
 
@@ -70,6 +71,55 @@ class CopyWriter {
                          "a number, a text, true or false");
     else
       parameters_[name] = value;
+  }
+
+  /// What may be given to each parameter; whoever sets another value is told here and not by what follows from it.
+  void read_ranges() {
+    const auto found = document_.find("parameter_ranges");
+    if (found == document_.end()) return;
+    const Json ranges = std::move(*found);
+    document_.erase("parameter_ranges");
+    if (!ranges.is_object())
+      return diagnostics_.error(Code::kWrongType, "/parameter_ranges", "unexpected value " + short_dump(ranges),
+                                "an object {...}");
+    ObjectReader values(parameters_, "/parameters", diagnostics_);
+    for (const auto& [name, entry] : ranges.items()) {
+      const std::string pointer = "/parameter_ranges" + pointer_segment(name);
+      if (!parameters_.contains(name))
+        diagnostics_.error(Code::kUnknownName, pointer, fmt::format("there is no parameter '{}'", name),
+                           nearest_choice(name, parameter_names()));
+      else if (!entry.is_object())
+        diagnostics_.error(Code::kWrongType, pointer, "unexpected value " + short_dump(entry), "an object {...}");
+      else
+        check_range(name, entry, pointer, values);
+    }
+  }
+
+  void check_range(const std::string& name, const Json& entry, const std::string& pointer, ObjectReader& values) {
+    ObjectReader reader(entry, pointer, diagnostics_);
+    if (reader.has("one_of")) {
+      const std::vector<std::string> choices = reader.texts("one_of");
+      if (choices.empty())
+        diagnostics_.error(Code::kOutOfRange, reader.at("one_of"), "no value is allowed", "at least one text");
+      else
+        values.choice(name, choices);
+      return reader.finish();
+    }
+    Range range;
+    range.low = reader.number("at_least", range.low);
+    range.high = reader.number("at_most", range.high, {.low = range.low});
+    const bool whole = reader.boolean("whole", false);
+    reader.finish();
+    if (whole)
+      values.integer(name, {}, range);
+    else
+      values.number(name, {}, range);
+  }
+
+  [[nodiscard]] std::vector<std::string> parameter_names() const {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : parameters_.items()) names.push_back(name);
+    return names;
   }
 
   /// A program that is one sequence gets them as variables; one that declares the name itself keeps its own.
@@ -95,10 +145,8 @@ class CopyWriter {
       if (found != parameters_.end()) {
         value = Json(*found);
       } else {
-        std::vector<std::string> names;
-        for (const auto& [known, ignored] : parameters_.items()) names.push_back(known);
         diagnostics_.error(Code::kUnknownName, pointer, fmt::format("there is no parameter '{}'", name),
-                           nearest_choice(name, names));
+                           nearest_choice(name, parameter_names()));
       }
     }
   }

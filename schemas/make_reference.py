@@ -16,6 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Definition, title, first sentence. The order is that of the page.
 SECTIONS = [
     ("place", "Pose", "A pose in a frame. Frames: x forward, y left, z up in the world."),
+    ("parameter_range", "Parameter range", "The values that a parameter may have."),
     ("device", "Device", "An arm, base, sensor, tool, gripper or I/O block."),
     ("object", "Object", "A physical object: a model, one shape, or several shapes."),
     ("part", "Part of an object", "A shape with a pose in the object's frame."),
@@ -257,14 +258,12 @@ class Page:
                  "Inside a program any value but those of `do` and `name` may be an [expression](programs.md#expressions).", "",
                  "## Top level"]
         lines += self.table(self.schema) + [""]
-        for name, title, intro in SECTIONS[:9]:
+        for name, title, intro in SECTIONS:
             lines += self.section(name, title, intro)
-        lines += self.steps()
-        for name, title, intro in SECTIONS[9:13]:
-            lines += self.section(name, title, intro)
-        lines += self.commands()
-        for name, title, intro in SECTIONS[13:]:
-            lines += self.section(name, title, intro)
+            if name == "camera":
+                lines += self.steps()
+            if name == "operator_action":
+                lines += self.commands()
         lines += self.expectations()
         return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).rstrip() + "\n"
 

@@ -64,6 +64,27 @@ TEST(Copies, ParametersAreValuesOutsideOfProgramsAndVariablesInside) {
   EXPECT_EQ(document["program"]["steps"][0]["text"], "$robot") << "an expression";
 }
 
+TEST(Copies, AParameterOutsideOfItsRangeIsReportedAtTheParameter) {
+  const auto reported = [](const std::string& parameters) {
+    Json document = Json::parse(R"({"parameters": )" + parameters + R"(, "parameter_ranges": {
+      "parts": {"at_least": 1, "at_most": 6, "whole": true}, "mass": {"at_least": 0.1},
+      "pattern": {"one_of": ["spiral", "zigzag"]}}})");
+    Diagnostics diagnostics;
+    write_out_copies(document, diagnostics);
+    EXPECT_FALSE(document.contains("parameter_ranges"));
+    return diagnostics;
+  };
+  EXPECT_FALSE(reported(R"({"parts": 6, "mass": 0.1, "pattern": "zigzag"})").has_errors());
+  const Diagnostics all = reported(R"({"parts": 7, "mass": 0, "pattern": "circle"})");
+  EXPECT_THAT(all, Reports(Code::kOutOfRange, "/parameters/parts"));
+  EXPECT_THAT(all, ReportsAnywhere(Code::kOutOfRange, {"1", "6"}));
+  EXPECT_THAT(all, Reports(Code::kOutOfRange, "/parameters/mass"));
+  EXPECT_THAT(all, ReportsAnywhere(Code::kUnknownName, {"circle", "spiral"}));
+  for (const char* parts : {"2.5", "\"two\"", "true"})
+    EXPECT_THAT(reported(std::string(R"({"mass": 1, "pattern": "spiral", "parts": )") + parts + "}"),
+                Reports(Code::kOutOfRange, "/parameters/parts"));
+}
+
 TEST(Copies, MistakesAreReportedWhereTheyAre) {
   const auto reported = [](const char* text) {
     Diagnostics diagnostics;
@@ -78,6 +99,14 @@ TEST(Copies, MistakesAreReportedWhereTheyAre) {
               Reports(Code::kInvalidName, "/objects/part"));
   EXPECT_THAT(reported(R"({"objects": {"part #": {"copies": {"count": -1}}}})"),
               Reports(Code::kOutOfRange, "/objects/part #/copies/count"));
+  EXPECT_THAT(reported(R"({"parameters": {"parts": 2}, "parameter_ranges": {"part": {}}})"),
+              ReportsAnywhere(Code::kUnknownName, {"part", "parts"}));
+  EXPECT_THAT(reported(R"({"parameter_ranges": {"parts": {}}})"),
+              Reports(Code::kUnknownName, "/parameter_ranges/parts"));
+  EXPECT_THAT(reported(R"({"parameters": {"parts": 2}, "parameter_ranges": {"parts": {"at_least": 3, "at_most": 1}}})"),
+              Reports(Code::kOutOfRange, "/parameter_ranges/parts/at_most"));
+  EXPECT_THAT(reported(R"({"parameters": {"kind": "a"}, "parameter_ranges": {"kind": {"one_of": []}}})"),
+              Reports(Code::kOutOfRange, "/parameter_ranges/kind/one_of"));
   EXPECT_THAT(reported(R"({"objects": {"part #": {"copies": 2}}})"),
               Reports(Code::kWrongType, "/objects/part #/copies"));
 }
