@@ -23,15 +23,20 @@ constexpr double kSideStiffness = 5e6;   // N/m
 constexpr double kDampingTime = 0.002;   // s, damping over stiffness, as that of steel
 constexpr double kFrictionAngle = 0.05;  // rad, by which friction's spring gives before it slips
 // When a screw is caught.
-constexpr double kStartRate = 0.1;      // rad/s to the right, and no slower for
-constexpr double kStartAngle = 0.05;    // rad: wobbling does not start a thread
-constexpr double kOffAxis = 0.5;        // pitches: how far its tip may be off the axis
-constexpr double kCrossedAngles = 2.0;  // times the lean at which a thread is crossed: beyond, nothing catches
-constexpr double kReleased = 0.1;       // turns back beyond where it was caught
-constexpr double kSeatedForce = 10.0;   // N, pull of the thread for
-constexpr double kSeatedTime = 0.02;    // s
-constexpr double kHeadUpright = 0.5;    // cosine between the axis and what holds the head
-constexpr double kCrossedRise = 10.0;   // run-down torques in a quarter turn of a crossed thread, chosen
+constexpr double kStartAngle = 0.05;  // rad to the right in the mouth: wobbling does not start a thread
+constexpr double kOutOfMouth = 0.02;  // s out of the mouth, after which those turns no longer count
+/// How far a screw may be off the axis and lean in the mouth of its thread.
+struct Mouth {
+  double off;   ///< pitches, of its tip
+  double lean;  ///< times the lean at which a thread is crossed
+};
+constexpr Mouth kEnters = {.off = 0.5, .lean = 2.0};    // its turns begin to count
+constexpr Mouth kRattles = {.off = 0.75, .lean = 3.0};  // and go on counting: under a bit it rattles
+constexpr double kReleased = 0.1;                       // turns back beyond where it was caught
+constexpr double kSeatedForce = 10.0;                   // N, pull of the thread for
+constexpr double kSeatedTime = 0.02;                    // s
+constexpr double kHeadUpright = 0.5;                    // cosine between the axis and what holds the head
+constexpr double kCrossedRise = 10.0;                // run-down torques in a quarter turn of a crossed thread, chosen
 constexpr double kFlankCosine = 0.8660254037844387;  // of half the flank angle, 30 degrees (ISO 68-1)
 constexpr double kTurnOnce = 2.0 * std::numbers::pi;
 
@@ -124,13 +129,15 @@ ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, c
   return stand;
 }
 
-bool ThreadLaw::catches(const Screw& screw, const ThreadedBore& bore, const Stand& stand) const {
+/// @param entered  it was in the mouth before
+bool ThreadLaw::in_mouth(const Screw& screw, const ThreadedBore& bore, const Stand& stand, bool entered) {
   if (bore.size != screw.thread.size || stand.X_BT.linear()(2, 2) <= 0.0) return false;
+  const Mouth& within = entered ? kRattles : kEnters;
   const Vector3d tip = stand.tip();
   const double pitch = screw.thread.pitch;
-  return tip.head<2>().norm() <= kOffAxis * pitch && tip.z() <= -bore.figures.chamfer + 0.5 * pitch &&
-         tip.z() > -bore.figures.chamfer - 2.0 * pitch && stand.turn_rate < -kStartRate &&
-         stand.lean().norm() <= kCrossedAngles * crossing_lean(screw.thread);
+  return tip.head<2>().norm() <= within.off * pitch && tip.z() <= -bore.figures.chamfer + 0.5 * pitch &&
+         tip.z() > -bore.figures.chamfer - 2.0 * pitch &&
+         stand.lean().norm() <= within.lean * crossing_lean(screw.thread);
 }
 
 bool ThreadLaw::occupied(std::size_t bore) const {
@@ -209,21 +216,24 @@ bool ThreadLaw::lets_go(const mjModel& model, const mjData& data, std::size_t in
   return true;
 }
 
-/// Counts how far a free screw has been turned in a mouth. @return true: the thread has caught it
+/// Counts how far a free screw has been turned to the right in a mouth, less what it has gone back since.
+/// @return true: the thread has caught it
 bool ThreadLaw::starts(const mjModel& model, const mjData& data, std::size_t index, Nanoseconds now) {
-  Screw& screw = screws_[index];
+  Hold& hold = screws_[index].hold;
   for (std::size_t b = 0; b < bores_.size(); ++b) {
-    if (bores_[b].size != screw.thread.size || occupied(b)) continue;
-    const Stand stand = stand_of(model, data, screw, bores_[b]);
-    if (!catches(screw, bores_[b], stand)) continue;
+    if (bores_[b].size != screws_[index].thread.size || occupied(b)) continue;
+    const Stand stand = stand_of(model, data, screws_[index], bores_[b]);
     const auto mouth = static_cast<std::int64_t>(b);
-    screw.hold.begun = (screw.hold.mouth == mouth ? screw.hold.begun : 0.0) - timestep_ * stand.turn_rate;
-    screw.hold.mouth = mouth;
-    if (screw.hold.begun < kStartAngle) return false;
+    if (!in_mouth(screws_[index], bores_[b], stand, hold.mouth == mouth)) continue;
+    hold.begun = std::max(0.0, (hold.mouth == mouth ? hold.begun : 0.0) - timestep_ * stand.turn_rate);
+    hold.mouth = mouth;
+    hold.outside = 0.0;
+    if (hold.begun < kStartAngle) return false;
     take(index, b, stand, now);
     return true;
   }
-  screw.hold.mouth = -1;
+  if (hold.mouth >= 0) hold.outside += timestep_;
+  if (hold.outside >= kOutOfMouth) hold = {};
   return false;
 }
 
@@ -355,7 +365,8 @@ void ThreadLaw::stream(StateStream& state) {
     Hold& hold = screw.hold;
     for (std::int64_t* bore : {&hold.bore, &hold.mouth}) state(*bore);
     for (bool* flag : {&hold.crossed, &hold.seated}) state(*flag);
-    for (double* value : {&hold.angle, &hold.begin, &hold.height, &hold.twist, &hold.axial, &hold.pulled, &hold.begun})
+    for (double* value :
+         {&hold.angle, &hold.begin, &hold.height, &hold.twist, &hold.axial, &hold.pulled, &hold.begun, &hold.outside})
       state(*value);
     state.vector(hold.off);
     state.vector(hold.lean);

@@ -90,6 +90,7 @@ class ThreadLaw {
     double pulled = 0.0;                             ///< s, for which it has pulled as at a seat
     std::int64_t mouth = -1;                         ///< of a free screw: the bore in whose mouth it turns; -1: none
     double begun = 0.0;                              ///< rad, to the right, that it has turned there
+    double outside = 0.0;                            ///< s, since it was last seen in that mouth
   };
   struct Screw {
     std::string name;
@@ -103,7 +104,7 @@ class ThreadLaw {
 
   [[nodiscard]] Stand stand_of(const mjModel_& model, const mjData_& data, const Screw& screw,
                                const ThreadedBore& bore) const;
-  [[nodiscard]] bool catches(const Screw& screw, const ThreadedBore& bore, const Stand& stand) const;
+  [[nodiscard]] static bool in_mouth(const Screw& screw, const ThreadedBore& bore, const Stand& stand, bool entered);
   void take(std::size_t screw, std::size_t bore, const Stand& stand, Nanoseconds now);
   [[nodiscard]] bool rests(const mjModel_& model, const mjData_& data, const Screw& screw,
                            const ThreadedBore& bore) const;

@@ -218,5 +218,43 @@ TEST(Screwdriver, AScrewHeldAskewIsNotThrown) {
   }
 }
 
+/// In the mouth of its thread, pressed down and turned by a bit that leans with it. Sizes take turns.
+DrivenScrew screw_set_at(const DrivenSize& size, int seed, double least_lean, double largest_lean) {
+  Random random(static_cast<std::uint64_t>(seed), "set at a lean");
+  const double lean = random.uniform(least_lean, largest_lean) * crossing_lean_of(size);
+  Pose X_WT = straight(size);
+  X_WT.translation().z() += 0.5 * lean * size.minor;
+  X_WT.linear() = lean_towards(random.uniform(0.0, 2.0 * std::numbers::pi), lean).toRotationMatrix();
+  const Nanoseconds timestep = seed % 2 == 0 ? kMillisecond : kMillisecond / 2;
+  return DrivenScrew(size, driver_over_thread(size, X_WT, timestep));
+}
+
+TEST(Screwdriver, AScrewSetAskewIsCaughtCrossedAndNoticedWithinAQuarterTurn) {
+  for (const DrivenSize& size : kDriven) {
+    for (int seed = 0; seed < 24; ++seed) {
+      DrivenScrew screw = screw_set_at(size, seed, 1.3, 1.8);
+      for (int i = 0; i < 3000 && screw.turns() < 0.25; ++i) {
+        ASSERT_TRUE(screw.world.step()) << size.name << ", seed " << seed;
+        if (screw.state() == ThreadEvent::Kind::kCrossed && screw.torque() > 2.0 * size.run_down) break;
+      }
+      EXPECT_EQ(screw.state(), ThreadEvent::Kind::kCrossed) << size.name << ", seed " << seed;
+      EXPECT_GT(screw.torque(), 2.0 * size.run_down) << size.name << ", seed " << seed;
+      EXPECT_LT(screw.turns(), 0.25) << size.name << ", seed " << seed;
+    }
+  }
+}
+
+TEST(Screwdriver, AScrewSetNearlyStraightGoesIn) {
+  for (const DrivenSize& size : kDriven) {
+    for (int seed = 0; seed < 24; ++seed) {
+      DrivenScrew screw = screw_set_at(size, seed, 0.0, 0.5);
+      for (int i = 0; i < 3000 && screw.turns() < 1.0; ++i)
+        ASSERT_TRUE(screw.world.step()) << size.name << ", seed " << seed;
+      EXPECT_EQ(screw.state(), ThreadEvent::Kind::kCaught) << size.name << ", seed " << seed;
+      EXPECT_GE(screw.turns(), 1.0) << size.name << ", seed " << seed;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace takt::sim::test
