@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -95,25 +97,28 @@ class CopyWriter {
     }
   }
 
+  /// A value that is not allowed is replaced by one that is: what would follow from it is no finding of its own.
   void check_range(const std::string& name, const Json& entry, const std::string& pointer, ObjectReader& values) {
     ObjectReader reader(entry, pointer, diagnostics_);
     if (reader.has("one_of")) {
       const std::vector<std::string> choices = reader.texts("one_of");
+      reader.finish();
       if (choices.empty())
         diagnostics_.error(Code::kOutOfRange, reader.at("one_of"), "no value is allowed", "at least one text");
-      else
-        values.choice(name, choices);
-      return reader.finish();
+      else if (values.choice(name, choices).empty())
+        parameters_[name] = choices.front();
+      return;
     }
     Range range;
     range.low = reader.number("at_least", range.low);
     range.high = reader.number("at_most", range.high, {.low = range.low});
     const bool whole = reader.boolean("whole", false);
     reader.finish();
-    if (whole)
-      values.integer(name, {}, range);
-    else
-      values.number(name, {}, range);
+    const std::size_t before = diagnostics_.list().size();
+    const double value = whole ? static_cast<double>(values.integer(name, {}, range)) : values.number(name, {}, range);
+    if (diagnostics_.list().size() == before) return;
+    const double allowed = std::clamp(std::isfinite(value) ? value : 0.0, range.low, range.high);
+    parameters_[name] = whole ? Json(static_cast<std::int64_t>(allowed)) : Json(allowed);
   }
 
   [[nodiscard]] std::vector<std::string> parameter_names() const {

@@ -85,6 +85,16 @@ TEST(Copies, AParameterOutsideOfItsRangeIsReportedAtTheParameter) {
                 Reports(Code::kOutOfRange, "/parameters/parts"));
 }
 
+TEST(Copies, WhatFollowsFromAParameterOutsideOfItsRangeIsNoFinding) {
+  Diagnostics diagnostics;
+  const Json document = written(R"({"parameters": {"parts": 2.5, "robot": "ur7"},
+    "parameter_ranges": {"parts": {"at_least": 1, "at_most": 6, "whole": true}, "robot": {"one_of": ["ur5", "tx90"]}},
+    "devices": {"arm": {"model": "$robot"}}, "objects": {"part #": {"copies": {"count": "$parts"}, "at": {}}}})",
+                                diagnostics);
+  EXPECT_EQ(diagnostics.list().size(), 2u) << diagnostics.to_string();
+  EXPECT_EQ(document["devices"]["arm"]["model"], "ur5");
+}
+
 TEST(Copies, MistakesAreReportedWhereTheyAre) {
   const auto reported = [](const char* text) {
     Diagnostics diagnostics;
