@@ -155,15 +155,18 @@ class PosixStream final : public StreamLink {
 
   State state() override {
     if (state_ == State::kConnecting && wait_for(socket_, POLLOUT, 0)) finish_connecting();
+    const bool drained = state_ == State::kEnded || (state_ == State::kOpen && !unsent_.empty() && !has_received());
+    if (drained && !unsent_.empty()) fail(std::exchange(unsent_, {}));
     return state_;
   }
 
   std::size_t send(std::span<const std::byte> bytes) override {
-    if (state() != State::kOpen && state_ != State::kEnded) return 0;
+    if ((state() != State::kOpen && state_ != State::kEnded) || !unsent_.empty()) return 0;
     const auto sent = without_interrupts(
         [&] { return ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT); });
     if (sent >= 0) return static_cast<std::size_t>(sent);
-    if (!would_wait()) fail(error_text(errno));
+    if (!would_wait()) unsent_ = error_text(errno);
+    (void)state();
     return 0;
   }
 
@@ -204,6 +207,10 @@ class PosixStream final : public StreamLink {
       fail(error_text(error));
     }
   }
+  [[nodiscard]] bool has_received() const {
+    std::byte first{};
+    return without_interrupts([&] { return ::recv(socket_.get(), &first, 1, MSG_PEEK | MSG_DONTWAIT); }) > 0;
+  }
   void fail(std::string why) {
     error_ = std::move(why);
     state_ = State::kFailed;
@@ -214,6 +221,7 @@ class PosixStream final : public StreamLink {
   State state_;
   Endpoint remote_;
   std::string error_;
+  std::string unsent_;  // why nothing can be sent any more; what the peer has sent before still counts
 };
 
 class PosixListener final : public StreamListener {

@@ -76,6 +76,7 @@ StreamLink::State VirtualStream::state() {
 std::size_t VirtualStream::send(std::span<const std::byte> bytes) {
   if (state() != State::kOpen && state_ != State::kEnded) return 0;
   if (!out_->abandoned()) return out_->send(bytes);
+  if (state_ == State::kOpen) return 0;  // what the peer sent before it closed is received first
   error_ = "Connection reset by peer";
   state_ = State::kFailed;
   return 0;

@@ -166,6 +166,19 @@ TEST_P(AnyNetwork, AnEndIsSeenAfterTheLastByteAndRaisesNoSignal) {
   EXPECT_FALSE(server->error().empty());
 }
 
+TEST_P(AnyNetwork, WhatCameCountsThoughNothingCanBeSentAnyMore) {
+  auto [client, server] = connected();
+  EXPECT_EQ(client->send(bytes_of("last words")), 10u);
+  client.reset();
+  for (int i = 0; i < 5; ++i) {
+    (void)server->send(bytes_of("too late"));
+    bench->pass(kMillisecond);
+  }
+  EXPECT_EQ(receive(*server, 100), "last words");
+  (void)server->send(bytes_of("too late"));
+  EXPECT_NE(server->state(), StreamLink::State::kOpen);
+}
+
 TEST_P(AnyNetwork, AConnectionThatNobodyAcceptsFailsWithAReason) {
   Endpoint gone;
   {
