@@ -299,7 +299,8 @@ class Compiler {
   }
   static std::size_t place_of(const std::string& name, const std::vector<Parameter>& parameters,
                               const Expression& call) {
-    const auto at = std::ranges::find(parameters, name, &Parameter::name);
+    const auto at = std::ranges::find_if(
+        parameters, [&](const Parameter& one) { return one.name == name || one.other_name == name; });
     if (at == parameters.end())
       refuse(call.line, call.column, fmt::format("'{}' has no parameter '{}'", call.name, name));
     return static_cast<std::size_t>(at - parameters.begin());
@@ -338,6 +339,18 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+/// "a", "a|b", "a=1".
+Parameter read_parameter(std::string_view entry) {
+  Parameter read;
+  const std::size_t equals = entry.find('=');
+  if (equals != std::string_view::npos) read.fallback = default_value(entry.substr(equals + 1));
+  const std::string_view names = entry.substr(0, equals);
+  const std::size_t bar = names.find('|');
+  read.name = names.substr(0, bar);
+  if (bar != std::string_view::npos) read.other_name = names.substr(bar + 1);
+  return read;
+}
+
 }  // namespace
 
 void Library::add(std::string_view signature, std::function<Outcome(const Call&)> run) {
@@ -347,14 +360,10 @@ void Library::add(std::string_view signature, std::function<Outcome(const Call&)
   while (!trimmed(list).empty()) {
     const std::size_t comma = std::min(list.find(','), list.size());
     const std::string_view entry = trimmed(list.substr(0, comma));
-    const std::size_t equals = entry.find('=');
-    if (entry == "...") {
+    if (entry == "...")
       builtin.repeats = true;
-    } else if (equals == std::string_view::npos) {
-      builtin.parameters.push_back({std::string(entry), {}});
-    } else {
-      builtin.parameters.push_back({std::string(entry.substr(0, equals)), default_value(entry.substr(equals + 1))});
-    }
+    else
+      builtin.parameters.push_back(read_parameter(entry));
     list.remove_prefix(std::min(comma + 1, list.size()));
   }
   all_.push_back(std::move(builtin));

@@ -276,8 +276,8 @@ class Parser {
   void count_operator() {
     if (++operators_ > kMostOperators) refuse("too many operators in one statement");
   }
+  /// Also at the begin of a line, where nothing else could begin with it.
   [[nodiscard]] const Precedence* operator_here(int level) const {
-    if (!continues()) return nullptr;
     for (const Precedence& row : kOperators)
       if (row.level == level && here().is(row.sign)) return &row;
     return nullptr;

@@ -41,8 +41,8 @@ struct Builtin {
 /// The built-in functions that scripts may call.
 class Library {
  public:
-  /// @param signature  "movej(q, a=1.4, v=1.05)"; a last parameter "..." takes any number more. Well-formed; a default
-  /// is a number, True, False or a string.
+  /// @param signature  "movej(q, a=1.4, v=1.05)"; a last parameter "..." takes any number more; "m|mass" is one
+  /// parameter of two names. Well-formed; a default is a number, True, False or a string.
   void add(std::string_view signature, std::function<Outcome(const Call&)> run);
   [[nodiscard]] const std::vector<Builtin>& all() const { return all_; }
   /// @return -1: there is none.

@@ -47,7 +47,8 @@ using Block = std::vector<Statement>;
 
 struct Parameter {
   std::string name;
-  std::optional<Value> fallback;  ///< used where a call gives none
+  std::optional<Value> fallback = {};  ///< used where a call gives none
+  std::string other_name = {};         ///< by which a call may name it, too; empty: none
 };
 
 struct Function {

@@ -189,6 +189,9 @@ std::optional<Value> apply(Operator op, const Value& a, const Value& b) {
     const auto x = a.truth(), y = b.truth();
     return x && y ? logic(op, *x, *y) : std::nullopt;
   }
+  // A sum with a text is a text, whatever the other side is.
+  if (op == Operator::kAdd && (a.get<std::string>() != nullptr || b.get<std::string>() != nullptr))
+    return Value(a.text() + b.text());
   const auto *p = a.get<List>(), *q = b.get<List>();
   if (is_arithmetic(op) && (p != nullptr || q != nullptr)) return each(op, p, a, q, b);
   const auto *i = a.get<std::int32_t>(), *j = b.get<std::int32_t>();

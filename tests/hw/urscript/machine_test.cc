@@ -70,6 +70,16 @@ TEST(Urscript, WordsNumbersAndTexts) {
   EXPECT_EQ(bench.run("note(1);;note(2);"), "1 2");
 }
 
+TEST(Urscript, ASumWithATextIsAText) {
+  Bench bench;
+  EXPECT_EQ(bench.run("note('a' + \"b\" + 3)"), "ab3");
+  EXPECT_EQ(bench.run("note(1 + 2 + ' and ' + 0.5)"), "3 and 0.5") << "from the left";
+  EXPECT_EQ(bench.run("note('is ' + True)"), "is True");
+  EXPECT_EQ(bench.run("note('at ' + [1, 2])"), "at [1, 2]");
+  EXPECT_EQ(bench.run("note([1, 2] + 'x')"), "[1, 2]x");
+  EXPECT_THAT(bench.run("note('a' - 'b')"), testing::HasSubstr("failed"));
+}
+
 TEST(Urscript, APoseIsToldFromAnElementOfAVariable) {
   Bench bench;
   EXPECT_EQ(bench.run("note(p[pair(1, 2)[0], (2), [3, 9][0], 4, 5, 6])"), bench.run("note(p[1, 2, 3, 4, 5, 6])"));
@@ -84,9 +94,16 @@ TEST(Urscript, AReturnWithoutAValueMayEndItsLine) {
   EXPECT_EQ(bench.run("def m():\n def f(): return end\n f()\n note(2)\nend"), "2");
 }
 
-TEST(Urscript, ALineOfItsOwnGoesOnWithinBracketsOnly) {
+TEST(Urscript, AnExpressionGoesOnWithAnOperatorInTheNextLine) {
   Bench bench;
   EXPECT_EQ(bench.run("note(1\n + 2)"), "3");
+  EXPECT_EQ(bench.run("x = 1\n  + 2\n  - 7\nnote(x)"), "-4");
+  EXPECT_EQ(bench.run("if 1 < 2\n  and 2 < 3:\n  note(1)\nend"), "1");
+  EXPECT_EQ(bench.run("x = 1\n\n# a comment\n* 5\nnote(x)"), "5");
+}
+
+TEST(Urscript, AnIndexInALineOfItsOwnIsAListUnlessABracketIsOpen) {
+  Bench bench;
   EXPECT_EQ(bench.run("x = [7, 8]\ny = x\n[1]\nnote(y)"), "[7, 8]");
   EXPECT_EQ(bench.run("x = [7, 8]\nnote(x\n[1])"), "8");
 }
@@ -235,7 +252,7 @@ TEST(Urscript, NewlinesCountLittle) {
   Bench bench;
   EXPECT_EQ(bench.run("def p():\n  global x = # offset\n0    global y = # another\n5\n  note(x + y)\nend\n"), "5");
   EXPECT_EQ(bench.run("a = 1\n(note(a))\n"), "1") << "a bracket on a line of its own calls nothing";
-  EXPECT_EQ(bench.run("a = 3\n-1\nnote(a)"), "3");
+  EXPECT_EQ(bench.run("a = 3\n-1\nnote(a)"), "2") << "an operator goes on with what stands before it";
   EXPECT_EQ(bench.run("note(1 +\n 2)"), "3");
   EXPECT_EQ(bench.run("def p():\n def f():\n  return\n  note(1)\n end\n f()\nend\n"), "");
   EXPECT_EQ(bench.run("$ 3 \"label\"\nnote(1) # tail\r\n"), "1");
@@ -270,7 +287,7 @@ TEST(Urscript, WhatGoesWrongEndsTheProgram) {
   Bench bench;
   EXPECT_EQ(bench.run("note(1)\nfails()\nnote(2)"), "1 failed: fails: as asked");
   EXPECT_EQ(bench.machine->error()->line, 2);
-  for (const std::string_view script : {"a = [1]\nnote(a[1])", "note(1 / 0)", "note(1 + \"a\")", "if [1]:\nend",
+  for (const std::string_view script : {"a = [1]\nnote(a[1])", "note(1 / 0)", "note(1 - \"a\")", "if [1]:\nend",
                                         "def p():\n def f():\n  f()\n end\n f()\nend\n", "a = 1\na[0] = 2"}) {
     const std::string result = bench.run(script);
     EXPECT_NE(result.find("failed: "), std::string::npos) << script << ": " << result;
