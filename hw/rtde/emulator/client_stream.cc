@@ -177,6 +177,7 @@ std::string additional_part(Controller& c) {
   append_bool(body, false);
   append_bool(body, true);
   append_bool(body, c.settings().freedrive);
+  if (c.is_e_series()) append(body, std::uint8_t{0});  // reserved
   return body;
 }
 

@@ -31,6 +31,7 @@ Controller::Controller(const ControllerOptions& options, std::shared_ptr<const d
       input_values_(input_fields().size()) {
   add_register_functions(library_, *this);
   add_io_functions(library_, *this);
+  add_installation_functions(library_, *this);
   add_motion_functions(library_, *this);
   add_kinematics_functions(library_, *this);
   add_force_functions(library_, *this);
@@ -53,6 +54,8 @@ void Controller::run_frame(const PlantSample& plant) {
   plant_ = plant;
   wrench_ = motion_.kinematics().wrench(plant.q, plant.tau_external);
   power_.step(time());
+  if (programs_.running() || !power_.can_move()) end_freedrive();
+  if (programs_.running() && !std::exchange(program_began_, true)) io_.follow_program(true);
   programs_.run_frame(time(), power_.can_move());
   step_motion();
   if (power_.safety() != safety_told_) {
@@ -110,6 +113,18 @@ void Controller::power_off() {
   power_.power_off();
 }
 
+void Controller::begin_freedrive() {
+  if (programs_.running() || !power_.can_move()) return;
+  freed_ = settings_.freedrive = true;
+  motion_.set_force_task(led_by_hand());
+}
+
+void Controller::end_freedrive() {
+  if (!std::exchange(freed_, false)) return;
+  settings_.freedrive = false;
+  motion_.set_force_task({});
+}
+
 bool Controller::take_motion(int thread) {
   if (thread >= Programs::kFirstSecondary) return false;
   if (motion_thread_ != 0 && motion_thread_ != thread && programs_.alive(motion_thread_) &&
@@ -126,6 +141,8 @@ void Controller::release_motion(int thread) {
     motion_.set_force_task({});
     settings_.freedrive = false;
     sockets_.close_all();
+    program_began_ = false;
+    io_.follow_program(false);
   }
   motion_.stop(Motion::kDeceleration);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <functional>
 #include <memory>
 #include <string>
@@ -47,6 +48,7 @@ struct ControllerSettings {
   Vector6 wrench_offset = Vector6::Zero();  ///< of zero_ftsensor(), in the axes of the base
   double force_gain = 1.0;                  ///< of force_mode_set_gain_scaling()
   std::string popup;
+  std::bitset<32> flags;  ///< of set_flag()
 };
 
 /// A UR controller: everything behind its interfaces. It runs in control cycles, called frames here: first what clients
@@ -98,6 +100,10 @@ class Controller {
   void protective_stop(const std::string& why, int code = 209, int level = 2);
   void emergency_stop(bool pressed);
   void power_off();
+  /// The arm goes where a hand leads it, until a program begins, the robot stops, or end_freedrive(). Nothing happens
+  /// while a program runs, or while the robot may not move.
+  void begin_freedrive();
+  void end_freedrive();
   /// True if a thread may command the motion: none does, or this one. It does from here on.
   bool take_motion(int thread);
   /// The values of one input package, field by field; then what masks say is done.
@@ -136,6 +142,8 @@ class Controller {
   std::uint64_t frame_ = 0;
   int motion_thread_ = 0;
   SafetyMode safety_told_ = SafetyMode::kNormal;
+  bool program_began_ = false;        // outputs follow it
+  bool freed_ = false;                // by begin_freedrive()
   std::array<JointVector, 4> knots_;  // q of the frame before this one, of this one, and of the two after
   motion::JointSample told_, told_next_;
   std::vector<FieldValue> fields_, input_values_;
@@ -144,6 +152,7 @@ class Controller {
 /// All built-in functions of a controller. It outlives the library.
 void add_register_functions(urscript::Library& library, Controller& controller);
 void add_io_functions(urscript::Library& library, Controller& controller);
+void add_installation_functions(urscript::Library& library, Controller& controller);
 void add_motion_functions(urscript::Library& library, Controller& controller);
 void add_kinematics_functions(urscript::Library& library, Controller& controller);
 void add_force_functions(urscript::Library& library, Controller& controller);

@@ -130,6 +130,7 @@ void Controller::fill_io_fields() {
   set_field("standard_analog_output1", analog_out(1));
   set_field("tool_analog_input0", io_.tool_analog_in[0]);
   set_field("tool_analog_input1", io_.tool_analog_in[1]);
+  set_field("tool_analog_input_types", io_.tool_analog_types);
   set_field("tool_output_voltage", io_.tool_voltage);
   set_field("euromap67_24V_voltage", kIoVoltage);
 }

@@ -187,6 +187,11 @@ void DashboardService::add_popup_commands() {
     c.events().add({.title = {}, .text = text, .time = c.time()});
     return std::string("Added log message");
   });
+  add_with_argument("generate flight report",
+                    [](const std::string&) { return std::string("Flight Report generated with id: 1"); });
+  add_with_argument("generate support file", [](const std::string& path) {
+    return fmt::format("Completed successfully: {}/ur_support.zip", path);
+  });
   add("savelog", [] { return std::string("Log saved to disk"); });
   if (c.is_e_series()) return;
   add_with_argument("setuserrole", [this](const std::string& role) {
@@ -210,11 +215,6 @@ void DashboardService::add_e_series_commands() {
   add("clear operational mode", [this] {
     operational_mode_ = "NONE";
     return std::string("No longer controlling the operational mode. Current operational mode: 'NONE'.");
-  });
-  add_with_argument("generate flight report",
-                    [](const std::string&) { return std::string("Flight Report generated with id: 1"); });
-  add_with_argument("generate support file", [](const std::string& path) {
-    return fmt::format("Completed successfully: {}/ur_support.zip", path);
   });
 }
 

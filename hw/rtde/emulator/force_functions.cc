@@ -11,8 +11,6 @@ using urscript::Library;
 using urscript::Outcome;
 using urscript::Value;
 
-// Freedrive: how fast a hand may lead the tool.
-constexpr double kFreedriveSpeed = 0.25, kFreedriveTurn = 1.0;
 constexpr double kContactForce = 15.0;  // N, that tool_contact() takes for a contact
 // force_mode(): kinds of frames. Only 2, the frame as it is given, is told apart here.
 constexpr int kFirstKind = 1, kLastKind = 3;
@@ -35,15 +33,11 @@ Outcome force_mode(Controller& c, const Arguments& a) {
 }
 
 ForceTask freedrive_task(const Arguments& a, std::size_t axes) {
-  ForceTask task;
-  task.in_tool_axes = true;
-  task.compliant.fill(true);
+  ForceTask task = led_by_hand();
   if (!a.none(axes)) {
     const auto selection = a.numbers(axes, 6);
     for (std::size_t i = 0; i < 6; ++i) task.compliant[i] = selection[i] != 0.0;
   }
-  task.limits.head<3>().setConstant(kFreedriveSpeed);
-  task.limits.tail<3>().setConstant(kFreedriveTurn);
   return task;
 }
 

@@ -51,6 +51,13 @@ void add_state(Library& library, Controller& c) {
   library.add("get_actual_tool_flange_pose()", [&c](const urscript::Call&) -> Outcome {
     return Value(to_pose(c.motion().kinematics().X_BF(c.plant().q)));
   });
+  library.add("get_joint_temp(j)", checked([&c](const Arguments& a) -> Outcome {
+                return Value(field(c, "joint_temperatures")[static_cast<std::size_t>(a.integer(0, 0, 5))]);
+              }));
+  library.add("get_tool_accelerometer_reading()", [&c](const urscript::Call&) -> Outcome {
+    const FieldValue& measured = field(c, "actual_tool_accelerometer");
+    return urscript::to_list({measured[0], measured[1], measured[2]});
+  });
   library.add("get_controller_temp()", [](const urscript::Call&) -> Outcome { return Value(30.0); });
   library.add("get_tool_current()", [](const urscript::Call&) -> Outcome { return Value(0.0); });
 }
@@ -77,9 +84,21 @@ void add_kinematics(Library& library, Controller& c) {
               }));
 }
 
+/// A wrench, force before torque, given at a frame and in its axes, at and in the axes of another one.
+/// @param X_FT  pose of the other one in the frame
+Vector6 seen_from(const Eigen::Isometry3d& X_FT, const std::vector<double>& wrench) {
+  const Eigen::Vector3d force(wrench[0], wrench[1], wrench[2]), torque(wrench[3], wrench[4], wrench[5]);
+  Vector6 seen;
+  seen << X_FT.linear().transpose() * force, X_FT.linear().transpose() * (torque - X_FT.translation().cross(force));
+  return seen;
+}
+
 void add_poses(Library& library) {
   library.add("pose_trans(p_from, p_from_to)", checked([](const Arguments& a) -> Outcome {
                 return Value(to_pose(to_isometry(a.pose(0)) * to_isometry(a.pose(1))));
+              }));
+  library.add("wrench_trans(T_from_to, w_from)", checked([](const Arguments& a) -> Outcome {
+                return to_value(seen_from(to_isometry(a.pose(0)), a.numbers(1, 6)));
               }));
   library.add("pose_inv(p_from)",
               checked([](const Arguments& a) -> Outcome { return Value(to_pose(to_isometry(a.pose(0)).inverse())); }));
@@ -140,16 +159,16 @@ void add_tool(Library& library, Controller& c) {
                 return Value();
               }));
   for (const char* signature :
-       {"set_payload(m, cog=None)", "set_target_payload(m, cog=None, inertia=None, transition_time=0)"})
+       {"set_payload(m|mass, cog|CoG=None)", "set_target_payload(m|mass, cog=None, inertia=None, transition_time=0)"})
     library.add(signature, checked([&c](const Arguments& a) -> Outcome {
                   set_payload(c, a);
                   return Value();
                 }));
-  library.add("set_payload_mass(m)", checked([&c](const Arguments& a) -> Outcome {
+  library.add("set_payload_mass(m|mass)", checked([&c](const Arguments& a) -> Outcome {
                 set_payload(c, a);
                 return Value();
               }));
-  library.add("set_payload_cog(cog)", checked([&c](const Arguments& a) -> Outcome {
+  library.add("set_payload_cog(cog|CoG)", checked([&c](const Arguments& a) -> Outcome {
                 const auto cog = a.numbers(0, 3);
                 c.settings().payload_cog = Eigen::Vector3d(cog[0], cog[1], cog[2]);
                 return Value();

@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <Eigen/LU>
 
+#include "core/base/random.h"
 #include "hw/rtde/emulator/arguments.h"
 #include "hw/rtde/emulator/controller.h"
 
@@ -48,6 +50,36 @@ double norm_of(const Arguments& a) {
 Value extreme(const Arguments& a, bool largest) {
   const double x = a.real(0), y = a.real(1);
   return (x > y) == largest ? a[0] : a[1];
+}
+
+/// A list of lists of the same length.
+Eigen::MatrixXd matrix_at(const Arguments& a, std::size_t i) {
+  const List& rows = list_at(a, i);
+  const auto* first = rows.empty() ? nullptr : rows[0].get<List>();
+  if (first == nullptr || first->empty()) throw BadArgument{fmt::format("argument {} is not a matrix", i + 1)};
+  Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(first->size()));
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto row = rows[r].numbers(first->size());
+    if (!row) throw BadArgument{fmt::format("row {} of the matrix is not of {} numbers", r, first->size())};
+    for (std::size_t c = 0; c < row->size(); ++c)
+      matrix(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = (*row)[c];
+  }
+  return matrix;
+}
+
+Value to_rows(const Eigen::MatrixXd& matrix) {
+  List rows;
+  for (const auto& row : matrix.rowwise()) rows.push_back(to_value(row));
+  return rows;
+}
+
+Outcome inverse(const Arguments& a) {
+  if (const auto pose = a[0].get<urscript::Pose>()) return Value(to_pose(to_isometry(*pose).inverse()));
+  const Eigen::MatrixXd matrix = matrix_at(a, 0);
+  if (matrix.rows() != matrix.cols()) throw BadArgument{"only a square matrix has an inverse"};
+  const Eigen::FullPivLU<Eigen::MatrixXd> factors(matrix);
+  if (!factors.isInvertible()) throw BadArgument{"the matrix is singular"};
+  return to_rows(factors.inverse());
 }
 
 void add_lists(Library& library) {
@@ -142,6 +174,11 @@ void add_math_functions(Library& library) {
   });
   add("max(a, b)", [](const Arguments& a) -> Outcome { return extreme(a, true); });
   add("min(a, b)", [](const Arguments& a) -> Outcome { return extreme(a, false); });
+  add("transpose(m)", [](const Arguments& a) -> Outcome { return to_rows(matrix_at(a, 0).transpose()); });
+  add("inv(m)", inverse);
+  library.add("random()", [numbers = Random(1, "URScript")](const urscript::Call&) mutable -> Outcome {
+    return Value(numbers.unit());
+  });
   add_lists(library);
   add_strings(library);
 }

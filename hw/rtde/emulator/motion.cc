@@ -12,6 +12,8 @@ namespace takt::rtde {
 
 namespace {
 
+constexpr double kLedSpeed = 0.25, kLedTurn = 1.0;  // m/s and rad/s, at which a hand may lead the tool
+
 constexpr double kAtRest = 1e-6;                          // rad/s
 constexpr double kServoAcceleration = 60.0;               // rad/s^2: what servoj() may ask of the joints
 constexpr double kServoGain = 300.0;                      // to which the lag of servoj() refers
@@ -45,6 +47,15 @@ std::optional<Circle> circle_through(const Eigen::Vector3d& a, const Eigen::Vect
 }
 
 }  // namespace
+
+ForceTask led_by_hand() {
+  ForceTask task;
+  task.in_tool_axes = true;
+  task.compliant.fill(true);
+  task.limits.head<3>().setConstant(kLedSpeed);
+  task.limits.tail<3>().setConstant(kLedTurn);
+  return task;
+}
 
 Motion::Motion(std::shared_ptr<const device::ArmDescription> arm, double period)
     : kinematics_(arm), limits_(arm->limits), period_(period) {

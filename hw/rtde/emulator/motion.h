@@ -32,6 +32,8 @@ struct ForceTask {
   Vector6 limits = Vector6::Zero();  ///< speed along compliant axes, m/s and rad/s
   double gain = 1.0;                 ///< of force_mode_set_gain_scaling()
 };
+/// Freedrive: the tool goes where a hand leads it.
+[[nodiscard]] ForceTask led_by_hand();
 
 /// What the controller tells its joints: a position for each control cycle, made of what programs ask for. One thread.
 ///

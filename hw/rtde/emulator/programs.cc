@@ -27,9 +27,9 @@ bool Programs::start(std::string_view text) {
     return false;
   }
   if (program->secondary && secondaries_.size() >= kMostSecondaries) return false;
-  add_event({.kind = ControllerEvent::Kind::kKey, .title = "PROGRAM_XXX_STARTED", .text = program->name});
   const int first_thread = program->secondary ? kFirstSecondary : 1;
   auto machine = std::make_unique<urscript::Machine>(std::move(program), library_, first_thread);
+  add_key("PROGRAM_XXX_STARTED", *machine);
   if (machine->program().secondary) {
     secondaries_.push_back(std::move(machine));
     return true;
@@ -56,11 +56,14 @@ bool Programs::play() {
 }
 
 void Programs::pause() {
-  if (running()) state_ = RuntimeState::kPaused;
+  if (state_ != RuntimeState::kPlaying) return;
+  state_ = RuntimeState::kPaused;
+  add_key("PROGRAM_XXX_PAUSED", *main_);
 }
 
 bool Programs::resume() {
   if (!running()) return false;
+  if (state_ == RuntimeState::kPaused) add_key("PROGRAM_XXX_RESUMED", *main_);
   state_ = RuntimeState::kPlaying;
   for (Watchdog& watchdog : watchdogs_) watchdog.fed = now_;
   return true;
@@ -93,7 +96,7 @@ void Programs::report_end(const urscript::Machine& machine) {
                .title = {},
                .text = error->text});
   }
-  add_event({.kind = ControllerEvent::Kind::kKey, .title = "PROGRAM_XXX_STOPPED", .text = machine.program().name});
+  add_key("PROGRAM_XXX_STOPPED", machine);
 }
 
 void Programs::set_watchdog(std::uint16_t field, Nanoseconds longest, WatchdogAction action) {
@@ -141,6 +144,10 @@ void Programs::run_secondaries() {
   for (const auto& machine : secondaries_)
     if (!machine->run_frame()) report_end(*machine);
   std::erase_if(secondaries_, [](const auto& machine) { return machine->ended(); });
+}
+
+void Programs::add_key(std::string_view title, const urscript::Machine& machine) {
+  add_event({.kind = ControllerEvent::Kind::kKey, .title = std::string(title), .text = machine.program().name});
 }
 
 void Programs::add_event(ControllerEvent event) {

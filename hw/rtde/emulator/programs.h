@@ -77,6 +77,7 @@ class Programs {
   void end_main();
   void report_end(const urscript::Machine& machine);
   void add_event(ControllerEvent event);
+  void add_key(std::string_view title, const urscript::Machine& machine);
 
   const urscript::Library& library_;
   EventLog& events_;

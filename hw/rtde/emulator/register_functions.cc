@@ -42,17 +42,17 @@ void add_reading(Library& library, Controller& c, const std::string& prefix, Reg
               }));
 }
 
-void add_digital(Library& library, Controller& c, const std::string& group, int first, int count) {
+/// @param bit_of  bit of the terminal that a program calls n
+void add_digital(Library& library, Controller& c, const std::string& group, int count, int (*bit_of)(int)) {
+  const auto bit = [=](const Arguments& a) { return bit_of(a.integer(0, 0, count - 1)); };
   library.add(fmt::format("set_{}digital_out(n, b)", group), checked([=, &c](const Arguments& a) -> Outcome {
-                c.io().set_digital_out(first + a.integer(0, 0, count - 1), a.boolean(1));
+                c.io().set_digital_out(bit(a), a.boolean(1));
                 return Value();
               }));
-  library.add(fmt::format("get_{}digital_out(n)", group), checked([=, &c](const Arguments& a) -> Outcome {
-                return Value(c.io().digital_output(first + a.integer(0, 0, count - 1)));
-              }));
-  library.add(fmt::format("get_{}digital_in(n)", group), checked([=, &c](const Arguments& a) -> Outcome {
-                return Value(c.io().digital_input(first + a.integer(0, 0, count - 1)));
-              }));
+  library.add(fmt::format("get_{}digital_out(n)", group),
+              checked([=, &c](const Arguments& a) -> Outcome { return Value(c.io().digital_output(bit(a))); }));
+  library.add(fmt::format("get_{}digital_in(n)", group),
+              checked([=, &c](const Arguments& a) -> Outcome { return Value(c.io().digital_input(bit(a))); }));
 }
 
 void add_analog(Library& library, Controller& c) {
@@ -61,35 +61,17 @@ void add_analog(Library& library, Controller& c) {
                   c.io().analog_out[index(a, 0, 2)] = std::clamp(a.real(1), 0.0, 1.0);
                   return Value();
                 }));
-  for (const char* signature : {"get_standard_analog_in(n)", "get_analog_in(n)"})
-    library.add(signature,
-                checked([&c](const Arguments& a) -> Outcome { return Value(c.io().analog_in[index(a, 0, 2)]); }));
+  library.add("get_standard_analog_in(n)",
+              checked([&c](const Arguments& a) -> Outcome { return Value(c.io().analog_in[index(a, 0, 2)]); }));
+  library.add("get_analog_in(n)", checked([&c](const Arguments& a) -> Outcome {  // 2 and 3 are the tool's
+                const std::size_t n = index(a, 0, 4);
+                return Value(n < 2 ? c.io().analog_in[n] : c.io().tool_analog_in[n - 2]);
+              }));
   for (const char* signature : {"get_standard_analog_out(n)", "get_analog_out(n)"})
     library.add(signature,
                 checked([&c](const Arguments& a) -> Outcome { return Value(c.io().analog_out[index(a, 0, 2)]); }));
   library.add("get_tool_analog_in(n)",
               checked([&c](const Arguments& a) -> Outcome { return Value(c.io().tool_analog_in[index(a, 0, 2)]); }));
-  library.add("set_tool_voltage(voltage)", checked([&c](const Arguments& a) -> Outcome {
-                const int voltage = a.integer(0);
-                if (voltage != 0 && voltage != 12 && voltage != 24)
-                  throw BadArgument{fmt::format("{} V, expected 0, 12 or 24", voltage)};
-                c.io().tool_voltage = voltage;
-                return Value();
-              }));
-  for (const char* signature :
-       {"set_standard_analog_input_domain(port, domain)", "set_tool_analog_input_domain(port, domain)"})
-    library.add(signature, checked([](const Arguments& a) -> Outcome {
-                  (void)a.integer(0, 0, 1);
-                  (void)a.integer(1, 0, 1);
-                  return Value();
-                }));
-  library.add("set_analog_outputdomain(port, domain)", checked([&c](const Arguments& a) -> Outcome {
-                const unsigned bit = 4u << index(a, 0, 2);
-                const bool voltage = a.integer(1, 0, 1) == 1;
-                c.io().analog_types =
-                    static_cast<std::uint8_t>(voltage ? c.io().analog_types | bit : c.io().analog_types & ~bit);
-                return Value();
-              }));
 }
 
 }  // namespace
@@ -120,10 +102,11 @@ void add_register_functions(Library& library, Controller& c) {
 }
 
 void add_io_functions(Library& library, Controller& c) {
-  add_digital(library, c, "standard_", 0, 8);
-  add_digital(library, c, "configurable_", Terminals::kConfigurable, 8);
-  add_digital(library, c, "tool_", Terminals::kTool, 2);
-  add_digital(library, c, "", 0, 10);
+  add_digital(library, c, "standard_", 8, [](int n) { return n; });
+  add_digital(library, c, "configurable_", 8, [](int n) { return Terminals::kConfigurable + n; });
+  add_digital(library, c, "tool_", 2, [](int n) { return Terminals::kTool + n; });
+  // As before there were configurable terminals: 8 and 9 are the tool's.
+  add_digital(library, c, "", 10, [](int n) { return n < 8 ? n : Terminals::kTool + n - 8; });
   add_analog(library, c);
 }
 

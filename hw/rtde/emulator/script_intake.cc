@@ -1,6 +1,10 @@
 #include "hw/rtde/emulator/script_intake.h"
 
 #include <algorithm>
+#include <array>
+#include <vector>
+
+#include "hw/urscript/lexer.h"
 
 namespace takt::rtde {
 
@@ -8,11 +12,19 @@ namespace {
 
 bool begins_program(std::string_view line) { return line.starts_with("def ") || line.starts_with("sec "); }
 
-/// A line that is "end", with blanks behind it.
-bool ends_program(std::string_view line) {
-  if (!line.starts_with("end")) return false;
-  line.remove_prefix(3);
-  return line.find_first_not_of(" \t\r") == std::string_view::npos;
+/// How many blocks begin in a line, less those that end in it. Of a line that cannot be read its first words count.
+int blocks_in(std::string_view line) {
+  static constexpr std::array<std::string_view, 5> kBegin = {"def", "sec", "thread", "if", "while"};
+  std::vector<urscript::Token> tokens;
+  urscript::ScriptError error;
+  (void)urscript::tokenize(line, tokens, error);
+  int blocks = 0;
+  for (const urscript::Token& token : tokens) {
+    if (token.kind != urscript::Token::Kind::kName) continue;
+    if (std::ranges::find(kBegin, token.text) != kBegin.end()) ++blocks;
+    if (token.text == "end") --blocks;
+  }
+  return blocks;
 }
 
 }  // namespace
@@ -25,6 +37,7 @@ void ScriptIntake::feed(std::string_view bytes) {
   if (buffer_.size() <= kLargest) return;
   buffer_.clear();
   searched_ = 0;
+  open_ = 0;
   ++dropped_;
 }
 
@@ -45,7 +58,8 @@ std::optional<ScriptIntake::Piece> ScriptIntake::next() {
       searched_ = at;
       return std::nullopt;
     }
-    if (ends_program(std::string_view(buffer_).substr(at, end - at))) return take(end + 1, true);
+    open_ += blocks_in(std::string_view(buffer_).substr(at, end - at));
+    if (open_ <= 0) return take(end + 1, true);
     at = end + 1;
   }
 }
@@ -53,7 +67,8 @@ std::optional<ScriptIntake::Piece> ScriptIntake::next() {
 /// Up to `end` in the buffer.
 ScriptIntake::Piece ScriptIntake::take(std::size_t end, bool is_program) {
   Piece piece{buffer_.substr(begin_, end - begin_), is_program};
-  begin_ = end;
+  begin_ = searched_ = end;
+  open_ = 0;
   return piece;
 }
 

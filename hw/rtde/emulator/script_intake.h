@@ -8,7 +8,8 @@
 namespace takt::rtde {
 
 /// Cuts what a client sends to a script port into programs and single lines. A program begins with `def` or `sec` in
-/// the first column and ends with `end` there; the client keeps its connection open, so the end is found in the text.
+/// the first column and ends with the `end` that belongs to it; the client keeps its connection open, so that is found
+/// in the text. Words in texts and comments do not count.
 /// Holds at most kLargest bytes; a program that is longer is dropped. One thread.
 class ScriptIntake {
  public:
@@ -31,6 +32,7 @@ class ScriptIntake {
   std::string buffer_;
   std::size_t begin_ = 0;     // of what is not yet taken
   std::size_t searched_ = 0;  // of a program: no end stands before
+  int open_ = 0;              // blocks of that program that have begun before `searched_` and not ended
   int dropped_ = 0;
 };
 

@@ -11,19 +11,37 @@ namespace {
 
 constexpr int kStatesPerSecond = 10;
 // Codes of error messages.
-constexpr int kNotInRemoteControl = 210, kNotRunning = 211;
+constexpr int kNotInRemoteControl = 210, kNotRunning = 211, kNoSimulation = 212;
+
+void refuse_script(Controller& c, int code, std::string_view why) {
+  c.events().add({.kind = ControllerEvent::Kind::kError,
+                  .code = code,
+                  .level = 2,
+                  .title = {},
+                  .text = std::string(why),
+                  .time = c.time()});
+}
 
 struct LineCommand {
   std::string_view words;
   void (*run)(Controller&);
 };
-constexpr std::array<LineCommand, 7> kLineCommands = {
+void run_robot(Controller& c) {
+  c.power().release_brakes();
+  c.end_freedrive();
+}
+
+constexpr std::array<LineCommand, 10> kLineCommands = {
     {{"stop program", [](Controller& c) { c.programs().stop(); }},
      {"pause program", [](Controller& c) { c.programs().pause(); }},
      {"resume program", [](Controller& c) { (void)c.programs().resume(); }},
      {"power on", [](Controller& c) { c.power().power_on(); }},
      {"power off", [](Controller& c) { c.power_off(); }},
-     {"set robotmode run", [](Controller& c) { c.power().release_brakes(); }},
+     {"set robotmode run", run_robot},
+     {"set robotmode freedrive", [](Controller& c) { c.begin_freedrive(); }},
+     {"set real", [](Controller&) {}},
+     {"set sim",
+      [](Controller& c) { refuse_script(c, kNoSimulation, "an emulated controller has no simulation mode"); }},
      {"set unlock protective stop", [](Controller& c) { c.power().unlock_later(); }}}};
 
 std::string_view trimmed_line(std::string_view line) {
@@ -48,15 +66,6 @@ std::string without_arrays(std::string_view line) {
     return call + ")";
   }
   return std::string(line);
-}
-
-void refuse_script(Controller& c, int code, std::string_view why) {
-  c.events().add({.kind = ControllerEvent::Kind::kError,
-                  .code = code,
-                  .level = 2,
-                  .title = {},
-                  .text = std::string(why),
-                  .time = c.time()});
 }
 
 }  // namespace

@@ -35,6 +35,11 @@ TEST_F(Dashboard, SaysWhatItIs) {
   EXPECT_EQ(ask("setUserRole king"), "Failed setting user role: king");
 }
 
+TEST_F(Dashboard, ReportsAreMadeByEitherSeries) {
+  EXPECT_EQ(ask("generate flight report system"), "Flight Report generated with id: 1");
+  EXPECT_EQ(ask("generate support file /programs"), "Completed successfully: /programs/ur_support.zip");
+}
+
 TEST_F(Dashboard, PowerAndBrakes) {
   EXPECT_EQ(ask("power off"), "Powering off");
   EXPECT_EQ(ask("robotmode"), "Robotmode: POWER_OFF");

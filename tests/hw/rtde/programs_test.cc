@@ -232,9 +232,88 @@ TEST_F(UrProgram, RegistersGoBothWays) {
   EXPECT_EQ(bench.field("output_int_register_24"), 6.0);
   EXPECT_EQ(bench.field("output_double_register_24"), 5.0);
   EXPECT_EQ(bench.field("output_bit_register_64"), 1.0);
-  EXPECT_EQ(bench.field("actual_digital_output_bits"), (1 << 3) + (1 << 17) + (1 << 8));
+  EXPECT_EQ(bench.field("actual_digital_output_bits"), (1 << 3) + (1 << 17) + (1 << 16))
+      << "8 and 9 of the old function are the tool's";
   EXPECT_TRUE(bench.run("write_output_integer_register(48, 1)\n"));
   EXPECT_NE(bench.last(Kind::kRuntimeException).find("expected 0 to 47"), std::string::npos);
+}
+
+/// As an installation with a gripper on the tool's connector begins its programs.
+TEST_F(UrProgram, WhatInstallationsSetIsTakenOrCheckedAndRefused) {
+  EXPECT_TRUE(bench.run(
+      "def go():\n"
+      "  set_standard_analog_input_domain(0, 0)\n  set_tool_analog_input_domain(1, 0)\n"
+      "  set_analog_inputrange(2, 2)\n  set_analog_outputdomain(1, 0)\n  set_tool_voltage(24)\n"
+      "  set_tool_output_mode(0)\n  set_tool_digital_output_mode(0, 1)\n"
+      "  set_tool_communication(True, 115200, 0, 1, 1.5, 3.5)\n  set_runstate_outputs([])\n"
+      "  set_input_actions_to_default()\n  set_tool_digital_input_action(1, \"default\")\n"
+      "  set_safety_mode_transition_hardness(1)\n"
+      "  modbus_add_signal(\"10.0.0.9\", 255, 128, 3, \"grip\", False)\n"
+      "  modbus_set_signal_update_frequency(\"grip\", 10)\n  modbus_set_runstate_dependent_choice(\"grip\", 0)\n"
+      "  set_payload(mass=1.5, cog=[0, 0, 0.1])\n  set_flag(31, True)\n"
+      "  write_output_boolean_register(64, get_flag(31) and not get_flag(0))\nend\n"));
+  EXPECT_EQ(bench.last(Kind::kRuntimeException), "");
+  EXPECT_EQ(bench.field("analog_io_types"), 0b0110);
+  EXPECT_EQ(bench.field("tool_analog_input_types"), 0.0);
+  EXPECT_EQ(bench.field("payload"), 1.5);
+  EXPECT_EQ(bench.field("output_bit_register_64"), 1.0);
+  for (const char* wrong :
+       {"set_tool_communication(True, 1234, 0, 1, 1.5, 3.5)", "set_tool_communication(True, 9600, 0, 1, 0.5, 3.5)",
+        "set_flag(32, True)", "set_tool_voltage(5)", "set_tool_digital_output_mode(0, 4)",
+        "set_analog_inputrange(4, 0)", "set_standard_digital_input_action(0, \"freedrive\")",
+        "modbus_add_signal(\"a\", 1, 1, 1, \"\")"}) {
+    EXPECT_TRUE(bench.run(std::string("def go():\n  ") + wrong + "\nend\n")) << wrong;
+    EXPECT_NE(bench.last(Kind::kRuntimeException), "") << wrong;
+    bench.controller.events().add({.kind = Kind::kRuntimeException, .title = {}, .text = {}});
+  }
+}
+
+TEST_F(UrProgram, OutputsMayFollowWhetherAProgramRuns) {
+  bench.controller.io().set_digital_out(0, true);
+  bench.controller.io().set_digital_out(1, true);
+  EXPECT_TRUE(
+      bench.run("def go():\n  set_runstate_standard_digital_output_to_value(1, 1)\n"
+                "  set_runstate_standard_digital_output_to_value(2, 2)\n  set_runstate_tool_digital_output_to_value(0, "
+                "3)\nend\n"));
+  EXPECT_EQ(bench.field("actual_digital_output_bits"), 0b101) << "0 is kept, 1 falls, 2 rises";
+  ASSERT_TRUE(bench.controller.programs().start("def go():\n  sleep(1)\nend\n"));
+  bench.frames(2);
+  EXPECT_EQ(bench.field("actual_digital_output_bits"), 0b101 + (1 << 16));
+  bench.controller.programs().stop();
+  bench.frames(2);
+  EXPECT_EQ(bench.field("actual_digital_output_bits"), 0b101);
+}
+
+TEST_F(UrProgram, PausingAndResumingAreEvents) {
+  const auto last_title = [&] {
+    std::string title;
+    for (auto i = bench.controller.events().begin(); i < bench.controller.events().end(); ++i)
+      if (bench.controller.events()[i].kind == Kind::kKey) title = bench.controller.events()[i].title;
+    return title;
+  };
+  ASSERT_TRUE(bench.controller.programs().start("def go():\n  sleep(1)\nend\n"));
+  bench.frames(2);
+  EXPECT_EQ(last_title(), "PROGRAM_XXX_STARTED");
+  bench.controller.programs().pause();
+  EXPECT_EQ(last_title(), "PROGRAM_XXX_PAUSED");
+  EXPECT_TRUE(bench.controller.programs().resume());
+  EXPECT_EQ(last_title(), "PROGRAM_XXX_RESUMED");
+  EXPECT_EQ(bench.last(Kind::kKey), "go");
+}
+
+TEST_F(UrProgram, MatricesAndWrenches) {
+  EXPECT_TRUE(
+      bench.run("def go():\n  m = transpose([[1, 2], [3, 5]])\n  write_output_float_register(0, m[0][1])\n"
+                "  i = inv([[1, 2], [3, 5]])\n  write_output_float_register(1, i[0][0])\n"
+                "  w = wrench_trans(p[0, 0, 0.5, 3.14159265358979, 0, 0], [10, 0, 4, 0, 0, 0])\n"
+                "  write_output_float_register(2, w[2])\n  write_output_float_register(3, w[4])\n"
+                "  write_output_boolean_register(64, random() < 1 and random() != random())\nend\n"));
+  EXPECT_EQ(bench.last(Kind::kRuntimeException), "");
+  EXPECT_EQ(bench.field("output_double_register_0"), 3.0);
+  EXPECT_NEAR(bench.field("output_double_register_1"), -5.0, 1e-12);
+  EXPECT_NEAR(bench.field("output_double_register_2"), -4.0, 1e-9) << "seen upside down";
+  EXPECT_NEAR(bench.field("output_double_register_3"), 5.0, 1e-9) << "10 N at 0.5 m";
+  EXPECT_EQ(bench.field("output_bit_register_64"), 1.0);
 }
 
 TEST_F(UrProgram, AWatchdogStopsAProgramThatHearsNothing) {

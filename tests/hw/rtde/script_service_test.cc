@@ -122,6 +122,59 @@ TEST(ScriptIntake, ASecondaryProgramIsWholeAsWell) {
   EXPECT_FALSE(line->is_program) << "its name only begins like that of one";
 }
 
+TEST(ScriptIntake, AProgramEndsWithTheEndThatBelongsToItsBegin) {
+  const auto pieces = [](std::string_view text) {
+    ScriptIntake intake;
+    intake.feed(text);
+    std::vector<std::string> found;
+    while (const auto piece = intake.next()) found.push_back((piece->is_program ? "program " : "line ") + piece->text);
+    return found;
+  };
+  const std::string flat = "def a():\nif True:\nx = 1\nelif False:\nx = 2\nend\nwhile False:\nend\nend\n";
+  EXPECT_EQ(pieces(flat + "b()\n"), (std::vector<std::string>{"program " + flat, "line b()\n"}))
+      << "whatever its indentation";
+  const std::string indented = "def a():\n  thread t():\n    x = 1\n  end\n  end\n";
+  EXPECT_EQ(pieces(indented), std::vector<std::string>{"program " + indented});
+  const std::string words = "def a():\n  # end if\n  textmsg(\"end\", 'while')\n  $ 2 \"if end\"\nend # of a\n";
+  EXPECT_EQ(pieces(words), std::vector<std::string>{"program " + words}) << "words that are none of the language";
+  const std::string short_one = "def a(): return end\n";
+  EXPECT_EQ(pieces(short_one + short_one), (std::vector<std::string>{"program " + short_one, "program " + short_one}));
+  const std::string wrong = "def a():\n  if 1 ! 2:\n    b()\n  end\n  c()\nend\n";
+  EXPECT_EQ(pieces(wrong), std::vector<std::string>{"program " + wrong}) << "one piece, which will be refused";
+}
+
+TEST(ScriptIntake, AProgramMayComeInPieces) {
+  const std::string text = "def a():\n  if True:\n    b()\n  end\nend\n";
+  ScriptIntake intake;
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    intake.feed(text.substr(i, 1));
+    ASSERT_FALSE(intake.next()) << i;
+  }
+  intake.feed("\n");
+  const auto piece = intake.next();
+  ASSERT_TRUE(piece);
+  EXPECT_EQ(piece->text, text);
+}
+
+TEST_F(ScriptPorts, TheRobotIsLedByHandUntilItIsToRun) {
+  run_piece(bench.controller, {"set robotmode freedrive\n", false});
+  bench.plant.tau_external << 10, 0, 0, 0, 0, 0;
+  const double before = bench.plant.q[0];
+  bench.seconds(0.5);
+  EXPECT_TRUE(bench.controller.settings().freedrive);
+  EXPECT_GT(std::abs(bench.plant.q[0] - before), 0.01) << "it yields";
+  run_piece(bench.controller, {"set robotmode run\n", false});
+  bench.plant.tau_external.setZero();
+  bench.seconds(0.5);
+  EXPECT_FALSE(bench.controller.settings().freedrive);
+  run_piece(bench.controller, {"set robotmode freedrive\n", false});
+  ASSERT_TRUE(bench.controller.programs().start("def go():\n  sleep(1)\nend\n"));
+  bench.frames(2);
+  EXPECT_FALSE(bench.controller.settings().freedrive) << "a program ends it";
+  run_piece(bench.controller, {"set robotmode freedrive\n", false});
+  EXPECT_FALSE(bench.controller.settings().freedrive) << "and cannot be disturbed by it";
+}
+
 TEST_F(ScriptPorts, EventsGoToThePrimaryClients) {
   const auto session = open(primary);
   (void)drain(*session);
