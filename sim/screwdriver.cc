@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
+#include "sim/body_force.h"
+
 namespace takt::sim {
 namespace {
 
@@ -128,15 +130,6 @@ double SimScrewdriver::pull_at(double gap, double approach, double mass, double 
 /// The magnet in the bit: a pull along the axis, for the screw in whose socket the end of the bit is.
 void SimScrewdriver::hold_screw(mjData& data, double duration) {
   if (figures_.holding_force <= 0.0) return;
-  const auto set = [&](int body, const Vector3d& force, const Vector3d& point) {
-    Eigen::Map<Vector3d>(data.xfrc_applied + 6 * body) = force;
-    const Vector3d arm = point - Eigen::Map<const Vector3d>(data.xipos + 3 * body);
-    Eigen::Map<Vector3d>(data.xfrc_applied + 6 * body + 3) = arm.cross(force);
-  };
-  if (pulled_ >= 0) {
-    set(screws_[static_cast<std::size_t>(pulled_)].body, Vector3d::Zero(), Vector3d::Zero());
-    set(plant_.bit, Vector3d::Zero(), Vector3d::Zero());
-  }
   const std::int64_t before = std::exchange(pulled_, -1);
   const Pose X_WB = body_at(data, plant_.bit);
   const Vector3d end = X_WB * Vector3d(0, 0, plant_.reach);
@@ -149,8 +142,8 @@ void SimScrewdriver::hold_screw(mjData& data, double duration) {
     gap_ = seen.p_S.z();
     const Vector3d pull =
         pull_at(gap_, approach, screw.mass, duration) * (body_at(data, screw.body) * screw.X_OS).linear().col(2);
-    set(screw.body, pull, end);
-    set(plant_.bit, -pull, end);
+    add_force(data, screw.body, pull, end);
+    add_force(data, plant_.bit, -pull, end);
   }
 }
 

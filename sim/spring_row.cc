@@ -7,6 +7,8 @@
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
 
+#include "sim/body_force.h"
+
 namespace takt::sim {
 namespace {
 
@@ -79,9 +81,8 @@ void silence_rows(const mjModel& model, mjData& data, int first, int count) {
 void take_weld(mjData& data, int row, int first, int second, const RowWrench& wrench) {
   std::fill_n(data.efc_force + row, 6, 0.0);
   for (const auto& [body, sign] : {std::pair(first, 1.0), std::pair(second, -1.0)}) {
-    const Eigen::Vector3d arm = wrench.point - Eigen::Map<const Eigen::Vector3d>(data.xipos + 3 * body);
-    Eigen::Map<Eigen::Vector3d>(data.xfrc_applied + 6 * body) += sign * wrench.force;
-    Eigen::Map<Eigen::Vector3d>(data.xfrc_applied + 6 * body + 3) += sign * (wrench.torque + arm.cross(wrench.force));
+    add_force(data, body, sign * wrench.force, wrench.point);
+    add_wrench(data, body, Eigen::Vector3d::Zero(), sign * wrench.torque);
   }
 }
 

@@ -7,13 +7,14 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
+#include "sim/body_force.h"
+
 namespace takt::sim {
 namespace {
 
 using Eigen::Vector3d;
 
 constexpr int kNothing = -1;
-constexpr int kWrench = 6;
 /// A lip of fewer points would be tight on an edge.
 constexpr int kFewestPoints = 6;
 
@@ -92,35 +93,15 @@ void SimVacuumCup::change_pressure(double duration) {
   switched_ = pressure_ >= (switched_ ? figures_.switch_off : figures_.switch_on);
 }
 
-void SimVacuumCup::take_back(mjData& data, Pull& pull) {
-  if (pull.body < 0) return;
-  double* now = data.xfrc_applied + kWrench * pull.body;
-  // Somebody has set it since: that counts.
-  if (std::equal(pull.after.begin(), pull.after.end(), now)) std::ranges::copy(pull.before, now);
-  pull.body = kNothing;
-}
-
-void SimVacuumCup::add(mjData& data, Pull& pull, int body, const Vector3d& force, const Vector3d& point) const {
-  pull.body = body;
-  double* now = data.xfrc_applied + kWrench * body;
-  std::copy_n(now, kWrench, pull.before.begin());
-  const Vector3d arm = point - Eigen::Map<const Vector3d>(data.xipos + 3 * body);
-  Eigen::Map<Vector3d>(now) += force;
-  Eigen::Map<Vector3d>(now + 3) += arm.cross(force);
-  std::copy_n(now, kWrench, pull.after.begin());
-}
-
 void SimVacuumCup::actuate(mjData& data, const Substep& step) {
-  take_back(data, on_part_);
-  take_back(data, on_cup_);
   find_part(data);
   change_pressure(step.duration);
   if (part_ == kNothing || pressure_ <= 0.0) return;
   const Vector3d mouth = Eigen::Map<const Vector3d>(data.xpos + 3 * plant_.lip);
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WL(data.xmat + 9 * plant_.lip);
   const Vector3d towards_part = pressure_ * figures_.area * R_WL.col(2);
-  add(data, on_cup_, plant_.lip, towards_part, mouth);
-  if (part_ > 0) add(data, on_part_, static_cast<int>(part_), -towards_part, mouth);
+  add_force(data, plant_.lip, towards_part, mouth);
+  if (part_ > 0) add_force(data, static_cast<int>(part_), -towards_part, mouth);
 }
 
 void SimVacuumCup::measure(const mjData&, Nanoseconds now) {
@@ -136,13 +117,6 @@ void SimVacuumCup::stream(StateStream& state) {
   for (double* value : {&tight_, &pressure_}) state(*value);
   state(part_);
   state(switched_);
-  for (Pull* pull : {&on_cup_, &on_part_}) {
-    auto body = static_cast<std::int64_t>(pull->body);
-    state(body);
-    pull->body = static_cast<int>(body);
-    state.vector(pull->before);
-    state.vector(pull->after);
-  }
 }
 
 }  // namespace takt::sim

@@ -47,17 +47,9 @@ class SimVacuumCup final : public SimDevice {
     std::vector<bool> own;           ///< by number of the body: a body of the cup
     int points = 0;                  ///< of the lip
   };
-  /// What this device adds to the force on a body; whoever else sets that force is heard.
-  struct Pull {
-    int body = -1;
-    std::array<double, 6> before{}, after{};
-  };
-
   SimVacuumCup(const device::VacuumCupDescription& cup, Plant plant);
   void find_part(const mjData_& data);
   void change_pressure(double duration);
-  void add(mjData_& data, Pull& pull, int body, const Eigen::Vector3d& force, const Eigen::Vector3d& point) const;
-  static void take_back(mjData_& data, Pull& pull);
 
   device::VacuumCupDescription figures_;
   Plant plant_;
@@ -66,7 +58,6 @@ class SimVacuumCup final : public SimDevice {
   double tight_ = 0.0;        ///< share of the lip that touches it
   double pressure_ = 0.0;     ///< Pa below ambient
   bool switched_ = false;
-  Pull on_cup_, on_part_;
 };
 
 }  // namespace takt::sim

@@ -13,6 +13,7 @@
 #include <mujoco/mujoco.h>
 
 #include "core/kinematics/chain.h"
+#include "sim/body_force.h"
 #include "sim/contact_law.h"
 #include "sim/contact_watch.h"
 #include "sim/description_check.h"
@@ -63,6 +64,11 @@ struct World::Impl {
   std::vector<const double*> lamp_wires;  // the same
   std::vector<double> plant_state;
   std::vector<std::uint64_t> words;  // the state as a digest sees it
+  struct Push {
+    int body = 0;
+    Eigen::Vector3d force, torque;
+  };
+  std::vector<Push> pushes;  // one of a body
   bool profiling = false;
   StepTimes times;
 
@@ -87,6 +93,8 @@ struct World::Impl {
   [[nodiscard]] Diagnostics add_others(const WorldDescription& description);
   void set_start(const WorldDescription& description);
   void step();
+  /// What is applied to bodies begins with what push() says; devices add to it.
+  void begin_forces();
   /// Of the physics in the cycle that begins now.
   [[nodiscard]] Nanoseconds length_of_step() const;
   void physics_step(Nanoseconds end);
@@ -341,6 +349,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
     (visuals ? impl->picture_model : impl->model) = std::move(**built);
   }
   impl->rest = Rest(*impl->model, description);
+  impl->pushes.reserve(static_cast<std::size_t>(impl->model->nbody));
   impl->data.reset(mj_makeData(impl->model.get()));
   impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
   impl->physics = description.physics;
@@ -370,12 +379,18 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   return World(std::move(impl));
 }
 
+void World::Impl::begin_forces() {
+  std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
+  for (const Push& push : pushes) add_wrench(*data, push.body, push.force, push.torque);
+}
+
 void World::Impl::step() {
   const Nanoseconds length = length_of_step();
   model->opt.timestep = to_seconds(length);
   for (Substep step{.length = length, .duration = to_seconds(length)}; step.number * length < physics.period;
        ++step.number) {
     const Nanoseconds begin = profiling ? wall_clock() : 0;
+    begin_forces();
     for (SimDevice* device : devices) device->actuate(*data, step);
     const Nanoseconds actuated = profiling ? wall_clock() : 0;
     physics_step(now + length * (step.number + 1));
@@ -513,8 +528,9 @@ Pose World::body_pose(int body) const {
   return X_WB;
 }
 
-void World::push(int body, const Eigen::Vector3d& force) {
-  Eigen::Map<Eigen::Vector3d>(impl_->data->xfrc_applied + 6 * body) = force;
+void World::push(int body, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+  std::erase_if(impl_->pushes, [body](const Impl::Push& push) { return push.body == body; });
+  if (!force.isZero(0.0) || !torque.isZero(0.0)) impl_->pushes.push_back({body, force, torque});
 }
 
 double World::energy() const {

@@ -93,9 +93,10 @@ class World {
   [[nodiscard]] int body(std::string_view name) const;
   /// Pose in the world at time(). Realtime: cyclic.
   [[nodiscard]] Pose body_pose(int body) const;
-  /// Somebody pushes a body at its centre of mass from now on, N in the world; 0 ends it. An input of the next steps,
-  /// like set points: no part of a snapshot. Realtime: cyclic.
-  void push(int body, const Eigen::Vector3d& force);
+  /// Somebody pushes a body from now on: force at its centre of mass, N, and torque, Nm, in the world, beside what
+  /// devices do to it; zeros end it. An input of the next steps, like set points: no part of a snapshot.
+  /// Realtime: cyclic.
+  void push(int body, const Eigen::Vector3d& force, const Eigen::Vector3d& torque = Eigen::Vector3d::Zero());
   /// Kinetic and potential energy of the plant, J, at time(). Realtime: cyclic.
   [[nodiscard]] double energy() const;
   /// Begins to watch the contact between two sides, each a body ("ROBOT/LINK" or "OBJECT") or a whole robot ("ROBOT").

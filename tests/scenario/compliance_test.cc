@@ -92,11 +92,7 @@ class CellTest : public testing::Test {
   std::string pushed_ = "probe/tcp";
 
  private:
-  void apply_push() {
-    auto* data = const_cast<mjData*>(cell_->world->physics_data());  // the hand of the test
-    const int body = cell_->world->body(pushed_);
-    for (int i = 0; i < 3; ++i) data->xfrc_applied[6 * body + i] = force_[i];
-  }
+  void apply_push() { cell_->world->push(cell_->world->body(pushed_), force_); }
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero();
 };
 

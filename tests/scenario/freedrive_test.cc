@@ -55,9 +55,7 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
   void cycle() {
     if (button_) cell_->core->find_channel("button")->write(*button_);
     cell_->core->step();
-    auto* data = const_cast<mjData*>(cell_->world->physics_data());  // the hand of the test
-    const int body = cell_->world->body(pushed_);
-    for (int i = 0; i < 3; ++i) data->xfrc_applied[6 * body + i] = hand_[i];
+    cell_->world->push(cell_->world->body(pushed_), hand_);
     ASSERT_TRUE(cell_->world->step());
     const auto& q = device().set_point().q;
     // Out of impedance, position begins where the arm is: no motion of the set point.

@@ -68,15 +68,11 @@ class Bench {
 
  private:
   void apply_push() {
-    auto* data = const_cast<mjData*>(world_->physics_data());  // the hand of the test
+    const auto* data = world_->physics_data();
     const int body = world_->body("arm/" + description_->flange_link);
     const Eigen::Vector3d p = flange().translation();
     const Eigen::Vector3d com = Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * body);
-    const Eigen::Vector3d torque = (p - com).cross(force_);
-    for (int i = 0; i < 3; ++i) {
-      data->xfrc_applied[6 * body + i] = force_[i];
-      data->xfrc_applied[6 * body + 3 + i] = torque[i];
-    }
+    world_->push(body, force_, (p - com).cross(force_));
   }
 
   std::shared_ptr<const device::ArmDescription> description_;

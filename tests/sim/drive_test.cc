@@ -99,7 +99,7 @@ class DriveBench {
     for (int i = 0; i < cycles; ++i) {
       torque_ += std::clamp(torque - torque_, -0.01, 0.01);  // Nm a cycle
       data_->qfrc_applied[spindle_] = torque_;
-      data_->xfrc_applied[6 * world.body("screw") + 5] = -torque_;
+      world.push(world.body("screw"), Eigen::Vector3d::Zero(), {0.0, 0.0, -torque_});
       ASSERT_TRUE(world.step());
     }
   }
