@@ -254,7 +254,7 @@ class MotionCommand final : public OperationCommand {
       motion = command::weave_each(motion, weaves_of(requests));
     if (const auto first = first_offset(requests))
       motion = command::force_offset(motion, force().pressing(arm(), making.cell, making.biases),
-                                     force().control_parameters(), *first);
+                                     force().control_parameters(making.cell), *first);
     return motion;
   }
   /// Of a motion that has one.

@@ -1,13 +1,13 @@
 #include "core/operations/overlay.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/operations/contact_figures.h"
+
 namespace takt::activity {
 
-command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters() const {
+command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters(const command::Cell& cell) const {
   command::ForceOffsetControlParameters control{
       .jerk_max = jerk_max, .direction_M = direction, .reach = reach, .retreat = retreat.value_or(reach)};
   control.force.force = force;
@@ -15,9 +15,7 @@ command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters(
   control.force.velocity_max = velocity_max;
   control.force.acceleration_max = acceleration_max;
   control.force.gain = gain;
-  // As with "press": contact from a third of the wanted force on, and lost below a third of that.
-  control.force.contact_force = std::min(0.3 * force, 2.0);
-  control.force.release_share = 1.0 / 3.0;
+  set_contact_figures(control.force, cell, sensor);
   return control;
 }
 

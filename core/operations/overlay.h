@@ -20,7 +20,7 @@ struct ForceOffsetParameters {
   /// m/s for each newton that is missing; nothing: from the arm's stiffness and delay (docs/force-control.md).
   std::optional<double> gain = {};
 
-  [[nodiscard]] command::ForceOffsetControlParameters control_parameters() const;
+  [[nodiscard]] command::ForceOffsetControlParameters control_parameters(const command::Cell& cell) const;
   /// With how much force the tool of an arm presses.
   [[nodiscard]] command::RealSensor pressing(const std::string& arm, const command::Cell& cell,
                                              const command::Biases& biases) const;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/kinematics/chain.h"
+#include "core/operations/contact_figures.h"
 #include "core/operations/pressing.h"
 
 namespace takt::activity {
@@ -12,9 +13,6 @@ namespace {
 using device::ControlMode;
 using kinematics::JointVector;
 
-/// From this share of the wanted force on there is contact, or from this force; below a third of that there is none any
-/// more.
-constexpr double kContactShare = 0.3, kContact_N = 2.0, kReleaseShare = 1.0 / 3.0;
 /// Of the approach velocity: how fast the tool may follow a surface that yields.
 constexpr double kMostVelocity = 5.0;
 constexpr double kMostAcceleration = 1.0;  ///< m/s^2
@@ -76,18 +74,22 @@ std::optional<double> softness_across(const Pressing& pressing, const command::M
   return std::isfinite(most) ? most : 0.0;
 }
 
-/// From a force to when a net knows it, s.
-double delay_of(const command::Cell& cell, const std::string& sensor) {
-  const auto found = cell.sensors.find(sensor);
-  const bool known = found != cell.sensors.end() && found->second.device != nullptr;
-  return known ? to_seconds(found->second.device->timing().sample_age) : 0.0;
-}
-
 /// How fast the approach may begin, m/s^2: the sensor feels half of what counts as contact when the heaviest load of
 /// the arm is accelerated like that. 0: the arm does not say what it may carry.
 double approach_acceleration(const command::MountedArm& arm, double contact_force) {
   const double heaviest = arm.device->description().payload_max;
   return heaviest > 0.0 ? 0.5 * contact_force / heaviest : 0.0;
+}
+
+/// What is deeper than it may be cannot be found.
+Diagnostics check_depth(const Pressing& pressing) {
+  Diagnostics diagnostics;
+  if (pressing.drop && pressing.depth && *pressing.depth <= *pressing.drop)
+    diagnostics.error(Code::kConflict, "/depth_max_m",
+                      fmt::format("{:g} m are not more than drop_m, {:g} m: nothing would ever be found",
+                                  *pressing.depth, *pressing.drop),
+                      "more than drop_m");
+  return diagnostics;
 }
 
 /// Springs that are bent by more than the tool may be sent never press with the force.
@@ -122,30 +124,28 @@ bool Pressing::needs_place() const {
 
 Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::Cell& cell, const JointVector& q) {
   const command::MountedArm& arm = cell.arms.find(pressing.arm)->second;
+  if (Diagnostics wrong = check_depth(pressing); wrong.has_errors()) return std::unexpected(std::move(wrong));
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   const auto direction = direction_in_base(pressing, cell, X_BT);
   if (!direction) return std::unexpected(direction.error());
   if (Diagnostics wrong = check_bend(pressing, arm, *direction, q); wrong.has_errors())
     return std::unexpected(std::move(wrong));
-  const double contact_force = std::min(kContactShare * pressing.force, kContact_N);
   command::PressControlParameters control{.force = {.force = pressing.force,
                                                     .approach_velocity = pressing.approach,
-                                                    .contact_force = contact_force,
-                                                    .release_share = kReleaseShare,
                                                     .band = pressing.tolerance,
                                                     // A surface that the tool slides along comes and goes; one that it
                                                     // rests on shows how hard it is.
                                                     .surface_moves = pressing.path != nullptr,
                                                     .measures_stiffness = pressing.path == nullptr,
-                                                    .sensor_delay = delay_of(cell, pressing.sensor),
                                                     .velocity_max = kMostVelocity * pressing.approach,
-                                                    .acceleration_max = kMostAcceleration,
-                                                    .approach_acceleration = approach_acceleration(arm, contact_force)},
+                                                    .acceleration_max = kMostAcceleration},
                                           .travel = pressing.travel,
                                           .sink = pressing.drop,
                                           .deepest = pressing.depth,
                                           .clock = command::override_of(cell),
                                           .softness_across = softness_across(pressing, arm, *direction, q)};
+  set_contact_figures(control.force, cell, pressing.sensor);
+  control.force.approach_acceleration = approach_acceleration(arm, control.force.contact_force);
   if (pressing.path) {
     auto path = pressing.path({.cell = cell, .direction_B = *direction, .X_BT = X_BT, .q = q});
     if (!path) return std::unexpected(path.error());

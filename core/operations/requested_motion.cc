@@ -126,7 +126,7 @@ class OfOneArm final : public Requested {
     if (!first) return std::nullopt;
     const ForceOffsetParameters& force = *requests()[*first].force_offset;
     return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases()),
-                      .parameters = force.control_parameters(),
+                      .parameters = force.control_parameters(cell),
                       .first = *first};
   }
 
@@ -218,7 +218,7 @@ MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, co
   if (motion.force_offset)
     options.force_offset = HeldForce{.sensor = motion.force_offset->sensor,
                                      .pressing = motion.force_offset->pressing(motion.arm, cell, biases),
-                                     .parameters = motion.force_offset->control_parameters()};
+                                     .parameters = motion.force_offset->control_parameters(cell)};
   return options;
 }
 

@@ -47,9 +47,7 @@ std::size_t search_size(SearchPattern pattern, double radius, double pitch) {
 }
 
 std::vector<Eigen::Vector2d> search_points(SearchPattern pattern, double radius, double pitch) {
-  auto points = pattern == SearchPattern::kSpiral ? spiral(radius, pitch) : zigzag(radius, pitch);
-  if (points.size() > kMostSearchPoints) points.resize(kMostSearchPoints);
-  return points;
+  return pattern == SearchPattern::kSpiral ? spiral(radius, pitch) : zigzag(radius, pitch);
 }
 
 }  // namespace takt::activity

@@ -10,10 +10,11 @@ namespace takt::activity {
 enum class SearchPattern { kSpiral, kZigzag };
 
 /// Rows or turns lie `pitch` apart; the pattern ends `radius` from the middle (zigzag: fills a square of twice that).
-/// At most kMostSearchPoints. Realtime: setup.
+/// Realtime: setup.
 [[nodiscard]] std::vector<Eigen::Vector2d> search_points(SearchPattern pattern, double radius, double pitch);
+/// More are refused by `search`.
 inline constexpr std::size_t kMostSearchPoints = 199;
-/// How many there would be.
+/// How many there are.
 [[nodiscard]] std::size_t search_size(SearchPattern pattern, double radius, double pitch);
 
 }  // namespace takt::activity

@@ -58,6 +58,10 @@ Result<ToolInForce> frame_as_tool(const Cell& cell, const std::string& arm, cons
                  nearest_choice(choice.tcp, names));
 }
 
+bool same(const device::ToolTip& a, const device::ToolTip& b) {
+  return a.ball_radius == b.ball_radius && a.compliance_T == b.compliance_T;
+}
+
 }  // namespace
 
 Result<ToolInForce> find_tool(const Cell& cell, const std::string& arm, const ToolChoice& choice) {
@@ -79,7 +83,8 @@ bool changes_tool(const Cell& cell, const ArmTools& tools) {
     const auto arm = cell.arms.find(one.arm);
     if (arm == cell.arms.end()) return false;
     const auto wanted = find_tool(cell, one.arm, one.choice);
-    return wanted && wanted->X_FT.matrix() != arm->second.X_FT.matrix();
+    const auto& mounted = arm->second;
+    return wanted && (wanted->X_FT.matrix() != mounted.X_FT.matrix() || !same(wanted->tip, mounted.tip));
   });
 }
 

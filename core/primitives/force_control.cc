@@ -149,6 +149,11 @@ class ForceController final : public Primitive {
                                        "that moves is learned as one that is tilted",
                                 .on_null = OnNull::kMayPass,
                                 .optional = true})),
+        held_back_(setup.in<Boolean>(
+            "held_back",
+            {.doc = "the tool cannot go where the velocity would take it: nothing is learned of the surface meanwhile",
+             .on_null = OnNull::kMayPass,
+             .optional = true})),
         velocity_(setup.out<Real>("velocity", {.unit = "m/s", .doc = "along the approach"})),
         contact_(setup.out<Boolean>("contact", {.doc = "the force is controlled"})),
         at_force_(setup.out<Boolean>("at_force", {.doc = "in contact, and the force (20 Hz) is inside the band"})),
@@ -349,7 +354,7 @@ class ForceController final : public Primitive {
       // Where it has lost the surface it does not come back faster than it came.
       const double fastest = in_contact_ && lost_for_ == 0 ? velocity_max_ : approach_;
       wanted = std::clamp(law, -velocity_max_, fastest);
-      if (integral_ && brought_up_ && wanted == law) {
+      if (integral_ && brought_up_ && wanted == law && !held_back_.value_or(false)) {
         const double lesson = std::clamp(filter_.value, -kEdge * *wanted_, kEdge * *wanted_);
         learn(kIntegralShare * rate_ * per_newton * lesson * h);
       }
@@ -363,6 +368,7 @@ class ForceController final : public Primitive {
 
   In<Real> wanted_, force_, stiffness_, frequency_, damping_, delay_;
   In<Vector> path_;
+  In<Boolean> held_back_;
   Out<Real> velocity_;
   Out<Boolean> contact_, at_force_;
   double approach_, touch_, release_, release_time_, band_, gain_;

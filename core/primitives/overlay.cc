@@ -139,6 +139,7 @@ class BoundedOffset final : public Primitive {
         rate_(setup.out<Real>("rate", {.unit = "m/s", .doc = "its first derivative"})),
         acceleration_(setup.out<Real>("acceleration", {.unit = "m/s^2", .doc = "its second derivative"})),
         standing_(setup.out<Boolean>("standing", {.doc = "it does not move"})),
+        held_back_(setup.out<Boolean>("held_back", {.doc = "the end of its range keeps it from the wanted velocity"})),
         lower_(setup.parameter<Real>("lower",
                                      {.unit = "m", .doc = "never below", .range = "[-10,0]", .example = "-0.01"})),
         upper_(
@@ -167,12 +168,15 @@ class BoundedOffset final : public Primitive {
   void update(const Cycle& cycle) override {
     if (cycle.first) generator_->start({one_zero(), one_zero(), one_zero()});
     const bool rest = cycle.stop_requested || velocity_.null() || rest_.value_or(true);
-    advance(rest ? 0.0 : bounded(*velocity_), cycle.dt);
+    const double wanted = rest ? 0.0 : std::clamp(*velocity_, -velocity_max_, velocity_max_);
+    const double may = bounded(wanted);
+    const bool held_back = !advance(may, cycle.dt) || may != wanted;
     const OnlineGenerator::State& now = generator_->state();
     value_.set(now.q[0]);
     rate_.set(now.dq[0]);
     acceleration_.set(now.ddq[0]);
     standing_.set(now.dq[0] == 0.0 && now.ddq[0] == 0.0);
+    held_back_.set(!rest && held_back);
   }
 
  private:
@@ -183,23 +187,25 @@ class BoundedOffset final : public Primitive {
     const double at = generator_->state().q[0];
     const double up = std::sqrt(acceleration_max_ * std::max(0.0, upper_ - at));
     const double down = std::sqrt(acceleration_max_ * std::max(0.0, at - lower_));
-    return std::clamp(wanted, -std::min(velocity_max_, down), std::min(velocity_max_, up));
+    return std::clamp(wanted, -down, up);
   }
 
-  void advance(double target, double dt) {
+  /// @return false: it has to brake, so that it stays inside.
+  bool advance(double target, double dt) {
     const OnlineGenerator::State before = generator_->state();
     (void)generator_->follow_velocity(JointVector::Constant(1, target), limits_, dt);
     const OnlineGenerator::State& after = generator_->state();
     const auto range = motion::stop_range(after.q[0], after.dq[0], after.ddq[0], acceleration_max_, jerk_max_);
-    if (range.lowest >= lower_ && range.highest <= upper_) return;
+    if (range.lowest >= lower_ && range.highest <= upper_) return true;
     generator_->start(before);
     (void)generator_->follow_velocity(one_zero(), limits_, dt);
+    return false;
   }
 
   In<Real> velocity_;
   In<Boolean> rest_;
   Out<Real> value_, rate_, acceleration_;
-  Out<Boolean> standing_;
+  Out<Boolean> standing_, held_back_;
   double lower_, upper_, velocity_max_, acceleration_max_, jerk_max_;
   std::optional<OnlineGenerator> generator_;
   OnlineGenerator::Limits limits_;

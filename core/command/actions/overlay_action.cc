@@ -392,6 +392,7 @@ class ForceOffset final : public ActionModel {
                 {"velocity_max", parameters_.force.velocity_max},
                 {"acceleration_max", parameters_.force.acceleration_max},
                 {"jerk_max", parameters_.jerk_max}});
+    fragment.link_delayed("force_offset.held_back", "force_law.held_back", false);
     fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(parameters_.direction_M))}});
     for (const char* port : {"frame", "twist", "acceleration"}) {
       contribution.set_point.feed(fragment, port, std::string("pressed.") + port);

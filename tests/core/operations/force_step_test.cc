@@ -119,6 +119,20 @@ TEST_F(ForceStepTest, ASearchThatFindsNothingSaysSo) {
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 
+TEST_F(ForceStepTest, ASearchThatShowsToBeImpossibleOnceItsValuesAreKnownIsRefused) {
+  const auto search = [](const std::string& more) {
+    return R"({"do": "sequence", "variables": {"wide": {"unit": "m", "value": 0.02}}, "steps": [
+        {"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.034], "rpy_deg": [180, 0, 0]}},
+        {"do": "tare", "cycles": 20}, {"do": "search", "direction": [0, 0, -1], "in": "block", "force_N": 10,
+        "radius_m": "$wide", "velocity_m_s": 0.03, )" +
+           more + "}]}";
+  };
+  EXPECT_EQ(run(search(R"("pitch_m": "$wide / 100", "drop_m": 0.001)")), Progress::kFailed);
+  EXPECT_THAT(diagnostics, Reports(Code::kTooLarge, "/program/steps/2/pitch_m"));
+  EXPECT_EQ(run(search(R"("pitch_m": "$wide / 4", "drop_m": 0.001, "depth_max_m": "$wide / 20")")), Progress::kFailed);
+  EXPECT_THAT(diagnostics, Reports(Code::kConflict, "/program/steps/2/depth_max_m"));
+}
+
 TEST_F(ForceStepTest, WhatIsWrongWithTheFormIsToldAtOnce) {
   EXPECT_THAT(refused(R"({"do": "press", "sensor": "writs", "direction": [0, 0, 0], "force_N": 0, "approach_m_s": 1,
                           "travel_m": 0, "seconds": -1, "radius_m": 1})"),

@@ -253,6 +253,26 @@ TEST(ForceControl, ATiltIsLearnedOnceForAllSpeedsAndDirections) {
   }
 }
 
+/// As at the end of the range of an offset: half the force is missing, and the tool may not go after it.
+TEST(ForceControl, NothingIsLearnedOfASurfaceThatTheToolMayNotFollow) {
+  Json parameters = law(20.0, 0.005, false);
+  parameters["surface_moves"] = true;
+  for (const bool told : {false, true}) {
+    PrimitiveHarness control("ForceController", parameters);
+    set_arm(control, 20.0);
+    control.set("path_velocity", Vector(0.02, 0.0, 0.0)).set("force", 20.0).step(1000);
+    ASSERT_EQ(control.get<Boolean>("at_force"), true);
+    if (told) control.set("held_back", true);
+    control.set("force", 10.0).step(2000);
+    control.set("force", 20.0).step(500);
+    if (told) {
+      EXPECT_NEAR(*control.get<Real>("velocity"), 0.0, 1e-5);
+    } else {
+      EXPECT_GT(*control.get<Real>("velocity"), 1e-3) << "so the case is one";
+    }
+  }
+}
+
 /// A path across a slope presses without any travel of the law: that is no hard surface.
 TEST(ForceControl, ASlopeIsNotTakenForAHardSurface) {
   Json parameters = law(8.0, 0.005, false);

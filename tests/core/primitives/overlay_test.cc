@@ -135,6 +135,19 @@ TEST(BoundedOffset, GetsNearTheEndOfItsRangeAndStandsThere) {
   EXPECT_NEAR(*offset.get<double>("rate"), 0.0, 1e-3);
 }
 
+TEST(BoundedOffset, SaysWhenItsRangeHoldsItBack) {
+  PrimitiveHarness offset("BoundedOffset", kBounds);
+  offset.set("rest", false).set("velocity", 0.004);
+  for (int i = 0; i < 300; ++i) offset.step();
+  EXPECT_EQ(offset.get<bool>("held_back"), false);
+  for (int i = 0; i < 1500; ++i) offset.step();
+  EXPECT_EQ(offset.get<bool>("held_back"), true);
+  offset.set("velocity", -0.004).step();
+  EXPECT_EQ(offset.get<bool>("held_back"), false) << "back it may go";
+  offset.set("velocity", 0.004).set("rest", true).step();
+  EXPECT_EQ(offset.get<bool>("held_back"), false) << "nobody wants to go anywhere";
+}
+
 TEST(BoundedOffset, RestAndNullBringItToRestWhereItIs) {
   for (const int way : {0, 1, 2}) {
     PrimitiveHarness offset("BoundedOffset", kBounds);
