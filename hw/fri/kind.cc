@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "hw/drivers.h"
 #include "hw/fri/twin.h"
@@ -48,6 +49,17 @@ void read_address(ObjectReader& reader, FriSettings& settings) {
   settings.endpoint = *endpoint;
 }
 
+/// Some KRL programs are there for clients of others only. @return empty: the driver speaks with this one
+Diagnostics refuse_convention(const std::string& krl) {
+  Diagnostics diagnostics;
+  if (std::ranges::find(driver_conventions(), krl) == driver_conventions().end()) {
+    diagnostics.error(
+        Code::kUnsupported, "/krl", fmt::format("the driver does not speak with the KRL program '{}'", krl),
+        fmt::format("it speaks with {}; 'takt emulate' knows the others", fmt::join(driver_conventions(), ", ")));
+  }
+  return diagnostics;
+}
+
 class FriKind final : public device::ArmDriverKind {
  public:
   FriKind() : ArmDriverKind("fri", "KUKA LWR 4+ over FRI 1.0: UDP, the controller sets the pace") {}
@@ -91,6 +103,7 @@ class FriKind final : public device::ArmDriverKind {
                                                                    const DriverRequest& request,
                                                                    const Clock& clock) const override {
     const FriSettings& fri = own(settings);
+    if (auto refused = refuse_convention(fri.options.client.krl); !refused.empty()) return std::unexpected(refused);
     PosixNetwork network;
     auto link = network.open_datagrams({fri.endpoint.is_loopback() ? kLoopback : 0, fri.endpoint.port});
     if (!link) return std::unexpected(link.error());
@@ -99,7 +112,9 @@ class FriKind final : public device::ArmDriverKind {
   [[nodiscard]] Result<std::shared_ptr<device::ArmDriver>> connect_in_process(
       const DriverSettings& settings, const DriverRequest& request,
       std::shared_ptr<device::ArmBackend> machine) const override {
-    return std::make_shared<Twin>(request, own(settings).options, std::move(machine));
+    const TwinOptions& options = own(settings).options;
+    if (auto refused = refuse_convention(options.client.krl); !refused.empty()) return std::unexpected(refused);
+    return std::make_shared<Twin>(request, options, std::move(machine));
   }
   [[nodiscard]] Result<std::unique_ptr<device::ControllerEmulator>> emulate(
       const DriverSettings& settings, const DriverRequest& request,

@@ -57,6 +57,11 @@ struct RosControlWords {
 
 }  // namespace
 
+const std::vector<std::string>& driver_conventions() {
+  static const std::vector<std::string> names{"takt", "fri_control", "ros_control"};
+  return names;
+}
+
 std::unique_ptr<KrlHandshake> make_krl_handshake(std::string_view convention) {
   if (convention == "takt") return std::make_unique<TaktHandshake>();
   if (convention == "fri_control") return std::make_unique<StartStopHandshake<FriControlWords>>();

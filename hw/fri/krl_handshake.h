@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "hw/fri/protocol/packet.h"
 
@@ -27,5 +29,9 @@ class KrlHandshake {
 
 /// By the name of the convention. @return null: there is none. Realtime: setup.
 [[nodiscard]] std::unique_ptr<KrlHandshake> make_krl_handshake(std::string_view convention);
+
+/// "takt", "fri_control", "ros_control". The other programs know less than the driver asks for, or more than it says:
+/// they are there for clients of others, at the emulator (krl_conventions()).
+[[nodiscard]] const std::vector<std::string>& driver_conventions();
 
 }  // namespace takt::hw::fri

@@ -132,12 +132,13 @@ device::ControlMode Controller::mode() const { return mode_of(control_); }
 // -- KRL
 // ---------------------------------------------------------------------------------------------------------------
 
-void Controller::set_strategy(int strategy) {
+bool Controller::set_strategy(int strategy) {
   const Control control = control_of(strategy);
-  if (state_ != State::kMonitor || control == Control::kOther || !arm_->modes.has(mode_of(control))) return;
+  if (state_ != State::kMonitor || control == Control::kOther || !arm_->modes.has(mode_of(control))) return false;
   control_ = control;
   compliance_ = arm_->impedance.standard(mode_of(control));
   compliance_.in_tool_axes = options_.task_frame_is_tool;
+  return true;
 }
 
 void Controller::fri_start(double safety_limits) {
@@ -183,8 +184,10 @@ void Controller::try_to_start() {
   interpolator_.start_from(*commanded_joints());
 }
 
+bool Controller::commands_position() const { return (command_.flags & position_flag(control_)) != 0; }
+
 std::optional<net::Text> Controller::start_mismatch() const {
-  if ((command_.flags & position_flag(control_)) == 0) return net::Text("no position is commanded");
+  if (const auto wrong = wrong_command()) return wrong;
   const auto q = commanded_joints();
   if (!q) return net::Text("the pose cannot be reached");
   for (int i = 0; i < kJoints; ++i) {
@@ -198,14 +201,17 @@ std::optional<net::Text> Controller::start_mismatch() const {
 // -----------------------------------------------------------------------------------------------------
 
 /// Joints of a Cartesian command: the solution on the branch where the arm is, with the third joint as commanded.
+/// What the flags leave out is as KRL has it: its own position, which it holds.
 std::optional<Joints> Controller::commanded_joints() const {
-  if (control_ != Control::kCartesianImpedance) return command_.q;
-  if (!command_.X_BT.matrix().allFinite() || !command_.q.allFinite()) return std::nullopt;
-  if (!arm_->inverse) return command_.q;
-  kinematics::JointVector q = interpolator_.end();
   const bool with_posture = (command_.flags & kJointPosition) != 0;
+  if (control_ != Control::kCartesianImpedance) return commands_position() ? command_.q : before_fri_;
+  if (!commands_position() && !with_posture) return before_fri_;
+  if (commands_position() && !command_.X_BT.matrix().allFinite()) return std::nullopt;
+  if (!arm_->inverse) return with_posture ? std::optional(command_.q) : std::nullopt;
+  kinematics::JointVector q = interpolator_.end();
   const kinematics::JointVector wanted = with_posture ? command_.q : Joints(q);
-  const Eigen::Isometry3d X_BF = command_.X_BT * tool_.X_FT.inverse();
+  const Eigen::Isometry3d X_BF =
+      commands_position() ? command_.X_BT * tool_.X_FT.inverse() : arm_->chain->forward(before_fri_);
   // A command that gives both is meant as it is given: binary32 leaves 1e-6 m between them.
   const kinematics::Vector6 apart = kinematics::pose_error(arm_->chain->forward(wanted), X_BF);
   if (with_posture && apart.cwiseAbs().maxCoeff() < 1e-5) return Joints(wanted);
@@ -213,9 +219,11 @@ std::optional<Joints> Controller::commanded_joints() const {
   return Joints(q);
 }
 
+/// In impedance a client may command torques or wrenches alone.
 std::optional<net::Text> Controller::wrong_command() const {
-  if ((command_.flags & position_flag(control_)) == 0) return net::Text("no position is commanded");
-  if (!command_.q.allFinite()) return net::Text("a commanded position is not finite");
+  if (control_ == Control::kPosition && !commands_position()) return net::Text("no position is commanded");
+  const bool with_joints = (command_.flags & kJointPosition) != 0;
+  if (with_joints && !command_.q.allFinite()) return net::Text("a commanded position is not finite");
   return std::nullopt;
 }
 
@@ -238,7 +246,10 @@ void Controller::bridge_gap() {
   interpolator_.bridge();
 }
 
+/// A compliant arm is drawn by a spring to the position that is commanded, and clients command the one that was
+/// measured: what pushes the arm, and the noise of two differences, makes accelerations that are no command's.
 std::optional<net::Text> Controller::wrong_motion(const Interpolator& next) const {
+  const bool compliant = control_ != Control::kPosition;
   const motion::JointLimits& limits = arm_->limits;
   const Joints v = next.velocity(), a = next.acceleration(), q = next.end();
   const auto name = [&](int i) { return std::string_view(arm_->joint_names[static_cast<std::size_t>(i)]); };
@@ -249,7 +260,7 @@ std::optional<net::Text> Controller::wrong_motion(const Interpolator& next) cons
       return net::format_text("joint {}: {:.4f} rad is out of range", name(i), q[i]);
     if (!(std::abs(v[i]) <= fastest))
       return net::format_text("joint {}: {:.3f} rad/s beyond {:.3f}", name(i), v[i], fastest);
-    if (!(std::abs(a[i]) <= hardest))
+    if (!compliant && !(std::abs(a[i]) <= hardest))
       return net::format_text("joint {}: {:.1f} rad/s^2 beyond {:.1f}", name(i), a[i], hardest);
   }
   return std::nullopt;

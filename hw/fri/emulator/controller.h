@@ -50,7 +50,7 @@ class Controller final : private KrlInterface {
   [[nodiscard]] device::ControlMode mode() const;
   [[nodiscard]] const device::Compliance& compliance() const { return compliance_; }
   /// Tool as KRL has it.
-  void set_tool(const device::ToolSetting& tool) { tool_ = tool; }
+  void set_tool(const device::ToolSetting& tool) override { tool_ = tool; }
 
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] Quality quality() const { return window_.quality(); }
@@ -72,7 +72,7 @@ class Controller final : private KrlInterface {
   void fri_start(double safety_limits) override;
   void fri_stop() override;
   void fri_close() override;
-  void set_strategy(int strategy) override;
+  bool set_strategy(int strategy) override;
   [[nodiscard]] State fri_state() const override { return state_; }
   [[nodiscard]] Quality fri_quality() const override { return window_.quality(); }
   [[nodiscard]] bool starting() const override { return start_cycles_left_ > 0; }
@@ -91,6 +91,7 @@ class Controller final : private KrlInterface {
   void stop_motion();
   void stand(const Joints& q);
   [[nodiscard]] bool machine_is_in_mode() const;
+  [[nodiscard]] bool commands_position() const;
   [[nodiscard]] std::optional<net::Text> start_mismatch() const;
   [[nodiscard]] std::optional<net::Text> wrong_command() const;
   [[nodiscard]] std::optional<net::Text> wrong_motion(const Interpolator& next) const;

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/device/backend.h"
 #include "hw/fri/protocol/packet.h"
 
 namespace takt::hw::fri {
@@ -19,8 +20,10 @@ class KrlInterface {
   virtual void fri_stop() = 0;
   virtual void fri_close() = 0;
   /// $STIFFNESS.STRATEGY: 10 position, 20 Cartesian impedance, 30 joint impedance; another one counts for nothing.
-  /// Only in monitor state.
-  virtual void set_strategy(int strategy) = 0;
+  /// Only in monitor state. @return false: it stays as it was
+  virtual bool set_strategy(int strategy) = 0;
+  /// $TOOL and $LOAD.
+  virtual void set_tool(const device::ToolSetting& tool) = 0;
 
   [[nodiscard]] virtual State fri_state() const = 0;
   [[nodiscard]] virtual Quality fri_quality() const = 0;
@@ -40,7 +43,7 @@ class KrlProgram {
 
 /// By the name of its convention (docs/hardware.md, "The KRL program"). @return null: there is none. Realtime: setup.
 [[nodiscard]] std::unique_ptr<KrlProgram> make_krl_program(std::string_view convention);
-/// "takt", "fri_control", "ros_control".
+/// "takt", "fri_control", "ros_control", "kuka_sample", "rcprg", "openkc", "isse".
 [[nodiscard]] const std::vector<std::string>& krl_conventions();
 
 }  // namespace takt::hw::fri

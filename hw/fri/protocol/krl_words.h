@@ -48,4 +48,40 @@ inline constexpr int kStop = 0, kStart = 1;  ///< both ways
 inline constexpr int kInitialised = 10;      ///< to remote, before the first command
 }  // namespace ros_control_words
 
+/// The first example that KUKA delivers with the interface. No strategy: KRL's stays.
+namespace kuka_sample_words {
+inline constexpr std::size_t kCommand = 0;      ///< integer, both ways
+inline constexpr int kReady = 10, kLeave = -1;  ///< from remote: the quality suffices; to remote: the client is to end
+inline constexpr std::size_t kEcho = 0;         ///< real, from remote: what came in kProbe
+inline constexpr std::size_t kProbe = 1;        ///< real, to remote
+}  // namespace kuka_sample_words
+
+/// fri_start of the Warsaw University of Technology, and the FRI component of the TU Munich.
+namespace rcprg_words {
+inline constexpr std::uint16_t kRequest = 1 << 0;         ///< from remote; to remote: it is being served
+inline constexpr std::size_t kCommand = 0, kCycle = 1;    ///< from remote; ms, of kReopen
+inline constexpr int kStart = 1, kStop = 2, kReopen = 3;  ///< commands
+inline constexpr int kStrategy = 30;                      ///< KRL's, always
+}  // namespace rcprg_words
+
+/// OpenKC.
+namespace openkc_words {
+inline constexpr std::uint16_t kRequest = 1 << 0;                    ///< from remote
+inline constexpr std::size_t kStrategy = 1, kCommand = 15;           ///< from remote
+inline constexpr std::size_t kCount = 13, kEcho = 14, kAnswer = 15;  ///< to remote
+inline constexpr int kStart = 1, kStop = 2, kReset = 3, kSetCartesian = 4, kSetAxis = 5, kToCartesian = 6, kToAxis = 7,
+                     kToGravity = 8, kToPosition = 9, kSetStrategy = 30;  ///< commands
+inline constexpr int kDone = 100, kRefused = 101;                         ///< answers; the numbers are assumed
+}  // namespace openkc_words
+
+/// The robot control core of the University of Augsburg: strategy and tool are handed over value by value.
+namespace isse_words {
+inline constexpr std::uint16_t kRequest = 1 << 15;        ///< both ways
+inline constexpr std::size_t kStep = 15, kStrategy = 14;  ///< integers; the step both ways
+inline constexpr std::size_t kValue = 14;                 ///< real, of the steps after the first
+inline constexpr int kSteps = 17;
+/// Values by their step: mm and degrees A, B, C; kg; kg m^2.
+inline constexpr int kTcp = 2, kMass = 8, kCentre = 9, kInertiaAxes = 12, kInertia = 15;
+}  // namespace isse_words
+
 }  // namespace takt::hw::fri

@@ -10,6 +10,7 @@
 
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
+#include "hw/drivers.h"
 #include "hw/wire/posix_network.h"
 #include "tests/hw/fri/twin_bench.h"
 
@@ -76,7 +77,23 @@ TEST_P(FriConventions, StartsAgainOnlyWhenItIsResetAndChangesModes) {
 }
 
 std::string name_of_convention(const testing::TestParamInfo<std::string>& tested) { return tested.param; }
-INSTANTIATE_TEST_SUITE_P(All, FriConventions, testing::ValuesIn(hw::fri::krl_conventions()), name_of_convention);
+INSTANTIATE_TEST_SUITE_P(All, FriConventions, testing::ValuesIn(hw::fri::driver_conventions()), name_of_convention);
+
+TEST(FriClient, AProgramThatIsForOthersIsRefusedBeforeAnythingRuns) {
+  const auto fri = hw::fri_kind();
+  const auto* kind = dynamic_cast<const device::ArmDriverKind*>(fri.get());
+  ASSERT_TRUE(kind);
+  Diagnostics diagnostics;
+  const nlohmann::ordered_json site = {{"address", "virtual"}, {"krl", "rcprg"}};
+  ObjectReader reader(site, "", diagnostics);
+  const auto settings = kind->read(reader);
+  EXPECT_FALSE(diagnostics.has_errors()) << diagnostics.to_string();
+  const auto arm = std::make_shared<const device::ArmDescription>(compliant_arm_description(7));
+  const auto twin = kind->connect_in_process(*settings, {.device = "arm", .description = arm},
+                                             std::make_shared<FakeArm>(device::JointVector::Zero(7)));
+  ASSERT_FALSE(twin);
+  EXPECT_THAT(twin.error().to_string(), HasSubstr("'rcprg' (it speaks with takt, fri_control, ros_control;"));
+}
 
 /// The modes of the bench's arm: to joint impedance in 1 s, and on.
 struct ModeBench : FriBench {

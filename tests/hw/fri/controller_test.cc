@@ -1,9 +1,12 @@
 // The emulated controller: its state machine, what it checks, how it falls back, its KRL programs.
 #include "hw/fri/emulator/controller.h"
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +19,11 @@ namespace takt::hw::fri {
 namespace {
 
 using testing::HasSubstr;
+
+std::shared_ptr<const device::ArmDescription> lwr() {
+  static const auto model = device::read_arm("models/lwr4plus");
+  return model ? *model : nullptr;
+}
 
 /// A controller around an arm that is where it is told to be, and a remote side that a test writes.
 class ControllerBench {
@@ -37,6 +45,7 @@ class ControllerBench {
     for (std::string& line : controller.news()) news += line + "\n";
     now += period;
     machine.q = controller.at(now).q;
+    if (pushed) machine.q.setConstant(pushed(to_seconds(now)));
     machine.mode = mode.value_or(controller.mode());
     const Measurement* m = controller.measurement();
     if (m == nullptr) return;
@@ -73,6 +82,8 @@ class ControllerBench {
   Measurement measured;
   Command command;
   bool answers = true, free = false;
+  std::function<double(double)>
+      pushed;  ///< s to rad: where somebody has all joints of the machine, wherever it is told
   std::optional<device::ControlMode> mode;  ///< in which the machine stays
   std::string news;
 };
@@ -258,6 +269,84 @@ TEST(FriController, JointImpedanceTakesWhatIsFlaggedAndKrlsDefaultsElse) {
   EXPECT_EQ(bench.measured.state, State::kMonitor) << "no damping is negative";
 }
 
+// Clients that command torques alone leave positions out, and what stands in the field is no position.
+TEST(FriController, TorquesWithoutAPositionAreAddedWhereKrlHoldsTheArm) {
+  ControllerBench bench;
+  bench.free = true;
+  bench.command.q.setConstant(std::numeric_limits<double>::quiet_NaN());
+  bench.command.tau[6] = 2.0;
+  bench.start(Control::kJointImpedance, kJointTorque);
+  bench.cycles(500);
+  EXPECT_EQ(bench.controller.state(), State::kCommand) << bench.news;
+  EXPECT_EQ(bench.controller.compliance().feed_forward[6], 2.0);
+  EXPECT_NEAR(bench.controller.at(bench.now).q[0], 0.1, 1e-7);
+  EXPECT_LE(bench.measured.q_offset.norm(), 1e-7);
+}
+
+TEST(FriController, WrenchesWithoutAPoseAreAddedWhereKrlHoldsTheArm) {
+  ASSERT_TRUE(lwr());
+  ControllerBench bench({}, lwr());
+  bench.machine.q = lwr()->home;
+  bench.free = true;
+  bench.command.wrench.force.z() = 3.0;
+  bench.start(Control::kCartesianImpedance, kCartesianWrench);
+  bench.cycles(500);
+  EXPECT_EQ(bench.controller.state(), State::kCommand) << bench.news;
+  EXPECT_EQ(bench.controller.compliance().feed_forward[2], 3.0);
+  EXPECT_LE((bench.controller.at(bench.now).q - lwr()->home).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(FriController, APostureWithoutAPoseMovesTheElbowAndHoldsTheTool) {
+  ASSERT_TRUE(lwr());
+  ControllerBench bench({}, lwr());
+  bench.machine.q = lwr()->home;
+  const Eigen::Isometry3d X_BF = lwr()->chain->forward(lwr()->home);
+  bench.start(Control::kCartesianImpedance, kJointPosition | kCartesianStiffness | kCartesianDamping);
+  for (int i = 0; i < 400; ++i) {
+    bench.command.q[2] += 1e-6 * std::min(i, 400 - i);
+    bench.command.cartesian_stiffness << 1000.0, 1000.0, 1000.0, 100.0, 100.0, 100.0;
+    bench.command.cartesian_damping.setConstant(0.7);
+    bench.cycle();
+    ASSERT_EQ(bench.controller.state(), State::kCommand) << bench.news;
+  }
+  bench.cycles(3);
+  const device::JointVector q = bench.controller.at(bench.now).q;
+  EXPECT_NEAR(q[2], lwr()->home[2] + 0.04, 1e-5);
+  EXPECT_LE((lwr()->chain->forward(q).translation() - X_BF.translation()).norm(), 1e-6);
+}
+
+TEST(FriController, APositionIsCommandedInPositionModeOrItDoesNotStart) {
+  ControllerBench bench;
+  bench.command.flags = kJointTorque;
+  bench.cycles(150);
+  bench.ask(State::kCommand);
+  bench.cycles(100);
+  EXPECT_EQ(bench.controller.state(), State::kMonitor);
+  EXPECT_THAT(bench.news, HasSubstr("FRI interpolation error: no position is commanded"));
+}
+
+// Clients that want torques, or an arm that a hand guides, command the position that was measured. What pushes the arm
+// accelerates it as hard as it likes: here with 45 rad/s^2, where commands in position may have 25.
+TEST(FriController, AnArmThatIsPushedMayBeToldToBeWhereItWasMeasured) {
+  ControllerBench bench;
+  bench.command.damping.setConstant(0.7);
+  bench.start(Control::kJointImpedance, kJointImpedanceFlags);
+  const double from = to_seconds(bench.now);
+  bench.pushed = [from](double now) { return 0.1 + 0.005 * (1.0 - std::cos(95.0 * (now - from))); };
+  for (int i = 0; i < 400; ++i) {
+    bench.command.q = bench.measured.q;
+    bench.cycle();
+    ASSERT_EQ(bench.controller.state(), State::kCommand) << bench.news;
+  }
+  bench.pushed = [](double now) { return 0.1 + 0.05 * (now - std::floor(now / 0.02) * 0.02) / 0.02; };
+  for (int i = 0; i < 40; ++i) {
+    bench.command.q = bench.measured.q;
+    bench.cycle();
+  }
+  EXPECT_EQ(bench.controller.state(), State::kMonitor) << "speeds are observed in every mode";
+  EXPECT_THAT(bench.news, HasSubstr("rad/s beyond"));
+}
+
 TEST(FriController, AStiffnessBeyondWhatTheDeviceAllowsEndsCommandState) {
   ControllerBench bench;
   bench.start(Control::kJointImpedance, kJointPosition | kJointStiffness);
@@ -267,11 +356,6 @@ TEST(FriController, AStiffnessBeyondWhatTheDeviceAllowsEndsCommandState) {
   bench.command.stiffness[0] = 2500.0;
   bench.cycles(2);
   EXPECT_EQ(bench.measured.state, State::kMonitor) << "beyond what the device allows";
-}
-
-std::shared_ptr<const device::ArmDescription> lwr() {
-  static const auto model = device::read_arm("models/lwr4plus");
-  return model ? *model : nullptr;
 }
 
 TEST(FriController, ACartesianCommandIsFollowedByTheJointsOnTheirBranch) {
@@ -363,6 +447,151 @@ TEST(FriController, RosControlStartsInPositionFirstAndOnlyWithThePerfectQuality)
   bench.cycles(50);
   EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
   EXPECT_EQ(bench.measured.state, State::kCommand);
+}
+
+/// Answers missing until the controller has given up, then answers again.
+void fall_back(ControllerBench& bench) {
+  bench.answers = false;
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  bench.answers = true;
+  bench.cycles(300);
+}
+
+TEST(FriController, KukasSampleStartsWhenTheClientIsReadyAndIsAskedToLeaveAfterAFallback) {
+  using namespace kuka_sample_words;
+  ControllerBench bench({.krl = "kuka_sample"});
+  bench.command.flags = kPositionFlags;
+  bench.command.krl.integer[kCommand] = 1;
+  bench.cycles(150);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  const float before = bench.measured.krl.real[kProbe];
+  bench.command.krl.integer[kCommand] = kReady;
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.state, State::kCommand) << bench.news;
+  EXPECT_NE(bench.measured.krl.real[kProbe], before) << "what the client echoes";
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], 0);
+  fall_back(bench);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "nothing restarts by itself";
+  EXPECT_EQ(bench.measured.krl.integer[kCommand], kLeave);
+  bench.command.krl.integer[kCommand] = 1;
+  bench.cycles(30);
+  bench.command.krl.integer[kCommand] = kReady;
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.state, State::kCommand) << "the next client";
+  bench.command.krl.integer[kCommand] = 1;
+  bench.cycles(30);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+}
+
+TEST(FriController, RcprgServesARequestOnceAndStartsInJointImpedance) {
+  using namespace rcprg_words;
+  ControllerBench bench({.krl = "rcprg"});
+  bench.command.flags = kJointPosition;
+  bench.cycles(150);
+  bench.command.krl.integer[kCommand] = kStart;
+  bench.cycles(30);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "without the bit it is no request";
+  bench.command.krl.boolean = kRequest;
+  bench.cycles(16);
+  EXPECT_EQ(bench.measured.krl.boolean & kRequest, kRequest);
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.state, State::kCommand) << bench.news;
+  EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
+  EXPECT_EQ(bench.measured.krl.boolean & kRequest, 0) << "served, whether or not the bit is still held";
+  fall_back(bench);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "a bit that is held is no new request";
+  bench.command.krl.boolean = 0;
+  bench.cycles(30);
+  bench.command.krl.boolean = kRequest;
+  bench.cycles(50);
+  EXPECT_EQ(bench.measured.state, State::kCommand);
+  const auto ask = [&](int command) {
+    bench.command.krl.boolean = 0;
+    bench.cycles(30);
+    bench.command.krl.integer[kCommand] = command;
+    bench.command.krl.boolean = kRequest;
+    bench.cycles(40);
+  };
+  ask(kStop);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  ask(kReopen);
+  EXPECT_THAT(bench.news, HasSubstr("OFF: friClose\nMON: friOpen"));
+}
+
+TEST(FriController, OpenKcAnswersEachCommandWithItsEchoACountAndACode) {
+  using namespace openkc_words;
+  ControllerBench bench({.krl = "openkc"});
+  bench.command.flags = kJointPosition;
+  bench.cycles(150);
+  int count = 0;
+  const auto answer_to = [&](int command) {
+    bench.command.krl.boolean = 0;
+    bench.cycles(30);
+    bench.command.krl.integer[kCommand] = command;
+    bench.command.krl.boolean = kRequest;
+    bench.cycles(60);
+    EXPECT_EQ(bench.measured.krl.integer[kEcho], command);
+    EXPECT_EQ(bench.measured.krl.integer[kCount], ++count);
+    return bench.measured.krl.integer[kAnswer];
+  };
+  bench.command.krl.integer[kStrategy] = 30;
+  EXPECT_EQ(answer_to(kSetStrategy), kDone);
+  EXPECT_EQ(answer_to(kStart), kDone);
+  EXPECT_EQ(bench.measured.state, State::kCommand);
+  EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
+  EXPECT_EQ(answer_to(kToPosition), kRefused) << "strategies are changed in monitor state";
+  EXPECT_EQ(answer_to(kStart), kRefused) << "it runs";
+  EXPECT_EQ(answer_to(kStop), kDone);
+  EXPECT_EQ(bench.measured.state, State::kMonitor);
+  EXPECT_EQ(answer_to(kToPosition), kDone);
+  EXPECT_EQ(bench.measured.control, Control::kPosition);
+  EXPECT_EQ(answer_to(kToAxis), kDone);
+  EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
+  EXPECT_EQ(answer_to(kToCartesian), kDone);
+  EXPECT_EQ(bench.measured.control, Control::kCartesianImpedance);
+  EXPECT_EQ(answer_to(kToGravity), kRefused) << "in which FRI cannot command";
+  EXPECT_EQ(answer_to(kSetAxis), kDone);
+  EXPECT_EQ(answer_to(kReset), kDone);
+  EXPECT_EQ(answer_to(77), kRefused);
+}
+
+TEST(FriController, IsseHandsStrategyAndToolOverStepByStep) {
+  using namespace isse_words;
+  ASSERT_TRUE(lwr());
+  ControllerBench bench({.krl = "isse"}, lwr());
+  bench.machine.q = lwr()->home;
+  bench.command.flags = kJointPosition;
+  bench.cycles(150);
+  // 0.1 m along the flange's axis, turned by 90 degrees about it; 2 kg in (10, 0, 50) mm.
+  const std::array<float, 16> values{0, 0, 100, 90, 0, 0, 2, 10, 0, 50, 0, 0, 0, 0.01F, 0.01F, 0.02F};
+  bench.command.krl.integer[kStrategy] = 30;
+  bench.command.krl.boolean = kRequest;
+  for (int step = 1; step <= kSteps; ++step) {
+    if (step > 1) bench.command.krl.real[kValue] = values[static_cast<std::size_t>(step - 2)];
+    if (step == kMass) {
+      const float mass = std::exchange(bench.command.krl.real[kValue], -1.0F);
+      bench.command.krl.integer[kStep] = step;
+      bench.cycles(20);
+      EXPECT_EQ(bench.measured.krl.integer[kStep], step - 1) << "no mass is negative";
+      bench.command.krl.real[kValue] = mass;
+    }
+    bench.command.krl.integer[kStep] = step;
+    bench.cycles(20);
+    EXPECT_EQ(bench.measured.krl.integer[kStep], step);
+    EXPECT_EQ(bench.measured.krl.boolean & kRequest, step < kSteps ? kRequest : bench.measured.krl.boolean & kRequest);
+  }
+  bench.cycles(60);
+  EXPECT_EQ(bench.measured.state, State::kCommand) << bench.news;
+  EXPECT_EQ(bench.measured.control, Control::kJointImpedance);
+  EXPECT_EQ(bench.measured.krl.boolean & kRequest, 0) << "it is done";
+  const Eigen::Isometry3d X_FT = lwr()->chain->forward(bench.measured.q).inverse() * bench.measured.X_BT;
+  EXPECT_LE((X_FT.translation() - Eigen::Vector3d(0.0, 0.0, 0.1)).norm(), 1e-6);
+  EXPECT_LE((X_FT.linear() - Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitZ()).matrix()).norm(), 1e-6);
+  const kinematics::Payload load{2.0, {0.01, 0.0, 0.05}, Eigen::Vector3d(0.01, 0.01, 0.02).asDiagonal()};
+  EXPECT_LE((bench.measured.mass - lwr()->chain->mass_matrix(bench.measured.q, load)).cwiseAbs().maxCoeff(), 1e-5);
+  fall_back(bench);
+  EXPECT_EQ(bench.measured.state, State::kMonitor) << "nothing restarts by itself";
 }
 
 }  // namespace
