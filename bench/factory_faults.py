@@ -2,6 +2,7 @@
 """What Factory 2020 does when something goes wrong: each fault with the outcome that is expected of it, as a table.
 
   bench/factory_faults.py TAKT [--jobs N] [NAME...]     TAKT: the program; names: only faults that contain one of them
+  bench/factory_faults.py --check                       runs nothing: only whether the scenario has the expectations named here
 
 A fault is a change of the scenario. It ends as it should if the run has the expected result, something of its log or of its diagnostics has the expected
 text, and every expectation holds that the fault does not break: forces, limits, arms that never touch each other. Exit status 1 if one does not.
@@ -17,9 +18,11 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCENARIO = "scenarios/factory2020.json"
 # What holds whatever happens, by the beginning of its name.
-ALWAYS = ["top 1 was", "the left arm", "the right arm", "the platform inside", "the arms did not pull", "nothing touched", "done in time"]
+ALWAYS = ["the states follow", "bottom 1 was", "top 1 was", "screw 1 was", "workpiece 1 was", "the left arm", "the right arm", "the platform inside",
+          "the arms did not pull", "the arms moved as one", "nothing touched", "nothing was lost", "done in time"]
 # What has not happened yet when a run ends early.
-EARLY = ["top 1 was", "the left arm touched", "the right arm touched", "the arms did not pull"]
+EARLY = ["the states follow", "bottom 1 was", "top 1 was", "screw 1 was", "workpiece 1 was", "the left arm touched", "the right arm touched",
+         "the left arm gripped", "the right arm gripped", "the arms did not pull", "the arms moved as one"]
 
 # A bottom whose thread was cut askew by 6.5 degrees: its boss is four walls around an insert that leans.
 BLOCK = {"shape": "box", "size_m": [0.036, 0.036, 0.03], "position_m": [0, 0, 0.015]}
@@ -27,6 +30,9 @@ WALLS = [{"shape": "box", "size_m": [0.018, 0.003, 0.01], "position_m": [0, y, 0
     {"shape": "box", "size_m": [0.003, 0.012, 0.01], "position_m": [x, 0, 0.035]} for x in (-0.0075, 0.0075)]
 INSERT = {"shape": "box", "size_m": [0.01, 0.01, 0.009], "position_m": [0, 0, 0.0347], "rpy_deg": [6.5, 0, 0],
           "bores": [{"position_m": [0, 0, 0.0045], "thread": "M6"}]}
+
+# A screw that finds no thread hangs on the magnet, and the next one is met with it.
+HANGS = ["screw 1 was"]
 
 FAULTS = [
     # name, changes, result, text, expectations that need not hold
@@ -40,9 +46,9 @@ FAULTS = [
     # It is thrown out of the magazine, since a program that finds none in the belief is refused.
     ("a screw is missing", ['/faults=[{"do":"push","at_s":2,"body":"screw 2","force_N":[0.03,0,0.11],"seconds":0.1}]'], "failed",
      "workpiece 2 goes back unfinished: no screw", []),
-    ("a top without its hole", ["/objects/top #/parts/0/bores=[]"], "failed", "workpiece 1 goes back unfinished", []),
-    ("a thread that is too small", ["/objects/bottom #/parts/1/bores/0/thread=M5"], "failed", "workpiece 1 goes back unfinished", []),
-    ("a crossed thread", ["/objects/bottom #/parts=" + json.dumps([BLOCK, *WALLS, INSERT])], "failed", "unfinished: the thread is crossed", []),
+    ("a top without its hole", ["/objects/top #/parts/0/bores=[]"], "failed", "workpiece 1 goes back unfinished", HANGS),
+    ("a thread that is too small", ["/objects/bottom #/parts/1/bores/0/thread=M5"], "failed", "workpiece 1 goes back unfinished", HANGS),
+    ("a crossed thread", ["/objects/bottom #/parts=" + json.dumps([BLOCK, *WALLS, INSERT])], "failed", "unfinished: the thread is crossed", HANGS),
     ("a screw that jams", ["/objects/bottom #/parts/1/bores/0/depth_m=0.003"], "failed", "unfinished: the screw jams", []),
     ("a push while an arm touches", ['/faults=[{"do":"push","at_s":20,"body":"left/link7","force_N":[0,60,0],"seconds":0.3}]'], "passed",
      "the platform not found where expected: once more", []),
@@ -89,12 +95,29 @@ def message_of(log, report):
     return (errors[-1:] or said[-1:] or [""])[0].replace("|", "/")
 
 
+def unknown_names():
+    """Beginnings that no expectation of the scenario has, as they would judge or excuse nothing."""
+    scenario = json.loads((ROOT / SCENARIO).read_text())
+    known = [one["name"].replace("#", "1") for one in scenario["expectations"]]
+    used = {*ALWAYS, *EARLY, *(name for *_, excused in FAULTS for name in excused)}
+    return sorted(name for name in used if not any(one.startswith(name) for one in known))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("takt")
+    parser.add_argument("takt", nargs="?")
     parser.add_argument("names", nargs="*")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--check", action="store_true")
     given = parser.parse_intermixed_args()
+    if unknown := unknown_names():
+        parser.error(f"no expectation of {SCENARIO} begins with: {', '.join(map(repr, unknown))}")
+    if given.check:
+        return 0
+    if given.takt is None:
+        parser.error("TAKT is missing")
+    if strange := [name for name in given.names if not any(name in one[0] for one in FAULTS)]:
+        parser.error(f"no fault is named: {', '.join(map(repr, strange))}")
     chosen = [one for one in FAULTS if not given.names or any(name in one[0] for name in given.names)]
     takt = str(pathlib.Path(given.takt).resolve())
     print("| fault | ends | at | with |\n|---|---|---|---|")

@@ -147,6 +147,7 @@ class CommandRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context& context) override {
+    context.variables.monitors.erase(root_.name);  // an earlier run says nothing of this one
     const auto tell = [&context, step = root_.name](const command::ExternalEvent& event) {
       context.variables.monitors[step][event.name] = std::to_string(event.count);
       context.event(step, "told",

@@ -164,6 +164,18 @@ TEST_F(TransactionTest, ToldEventsAreCountedHoweverOftenTheyCome) {
             times);
 }
 
+TEST_F(TransactionTest, WhatAnEarlierRunToldIsForgotten) {
+  const Program program = good(R"_({"do": "repeat", "times": 2, "as": "round", "steps": [
+      {"do": "transaction", "name": "t", "commands": {"stay": {"do": "wait", "start": true, "seconds": 0.1}},
+       "on": [{"entered": {"input": "button"}, "tell": "pushed"}]},
+      {"do": "log", "text": "$text(round) + ': ' + text(known(monitor('t', 'pushed')))"}]})_");
+  EXPECT_EQ(run(program, [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle >= 20 && cycle < 40; }),
+            Progress::kDone)
+      << diagnostics.to_string();
+  EXPECT_TRUE(logged("log 0: true"));
+  EXPECT_TRUE(logged("log 1: false")) << "a screw that was lost in the first try is not in the second";
+}
+
 TEST_F(TransactionTest, C3C4_StopEndsAllInsideAndACancelDoesWhatIsSaid) {
   const auto with = [](const std::string& policy) {
     return R"({"do": "transaction", "name": "t", "commands": {"inner": {
