@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -63,6 +64,23 @@ void explain_missing_data(Diagnostics& diagnostics) {
                     "TAKT_ROOT: the folder of models/ and scenarios/");
 }
 
+/// Groups that share an arm are one.
+std::vector<std::set<std::string, std::less<>>> merged(const scenario::ArmGroups& groups) {
+  std::vector<std::set<std::string, std::less<>>> out;
+  for (std::set<std::string, std::less<>> group : groups) {
+    const auto shares = [&](const auto& other) {
+      return std::ranges::any_of(other, [&](const std::string& arm) { return group.contains(arm); });
+    };
+    for (auto other = std::ranges::find_if(out, shares); other != out.end();
+         other = std::ranges::find_if(out, shares)) {
+      group.merge(*other);
+      out.erase(other);
+    }
+    out.push_back(std::move(group));
+  }
+  return out;
+}
+
 Cell::Setup setup_of(const CellOptions& options) {
   Cell::Setup setup;
   for (const auto& [pointer, value] : options.set) setup.open.overrides.push_back({pointer, value});
@@ -79,7 +97,7 @@ Cell::Setup setup_of(const CellOptions& options) {
 class Cell::Impl {
  public:
   Impl(const std::filesystem::path& file, const CellOptions& options, Setup setup)
-      : quiet_(options.quiet), setup_(std::move(setup)), models_(library(options)) {
+      : quiet_(options.quiet), setup_(std::move(setup)), models_(library(options)), groups_(options.cooperating) {
     read(find_file(file));
     build();
     run_.emplace(description_, built_, expectations_, setup_.run);
@@ -172,6 +190,29 @@ class Cell::Impl {
     description_ = std::move(*description);
     description_.site = setup_.open.site;
     description_.realtime = setup_.run.realtime;
+    name_groups();
+  }
+
+  /// An arm that is named in no group is one by itself.
+  void name_groups() {
+    if (!groups_) return;
+    std::vector<std::string> arms;
+    for (const auto& [name, arm] : names_of_cell(description_, models_).arms) arms.push_back(name);
+    Diagnostics diagnostics;
+    scenario::ArmGroups groups;
+    for (const std::vector<std::string>& group : *groups_) {
+      for (const std::string& name : group) {
+        if (std::ranges::find(arms, name) != arms.end()) continue;
+        diagnostics.error(Code::kUnknownName, {}, fmt::format("CellOptions::cooperating: there is no arm '{}'", name),
+                          nearest_choice(name, arms));
+      }
+      groups.insert({group.begin(), group.end()});
+    }
+    diagnostics.set_file(description_.file.string());
+    if (diagnostics.has_errors()) refuse_cell(std::move(diagnostics));
+    for (const std::string& arm : arms) groups.insert({arm});
+    description_.site.separate = merged(groups);
+    description_.site.cooperating = std::move(groups);
   }
 
   void build() {
@@ -284,6 +325,7 @@ class Cell::Impl {
   bool quiet_;
   Setup setup_;
   device::ModelLibrary models_;
+  CooperatingArms groups_;
   scenario::Description description_;
   scenario::BuiltCell built_;
   std::vector<std::unique_ptr<scenario::Expectation>> expectations_;

@@ -16,6 +16,11 @@
 
 namespace takt::app {
 
+/// Arms that move as one, by their names, in groups: only these are made equally late, and no net may drive arms of
+/// different groups. Groups that share an arm are one; an arm in none is alone. Null: every arm may move as one with
+/// every other, and all are as late as the slowest (docs/sites.md, "Padding").
+using CooperatingArms = std::optional<std::vector<std::vector<std::string>>>;
+
 /// What a run of a cell is to be, as the options of `takt run` say it.
 struct CellOptions {
   std::vector<std::pair<std::string, std::string>> set = {};  ///< JSON pointer into the file, value: replaced before
@@ -26,6 +31,7 @@ struct CellOptions {
   std::string camera = {};                                    ///< of the film, in place of the file's cuts
   bool realtime = false;                                      ///< at the wall clock's pace, beside the program
   bool quiet = false;                                         ///< print() says nothing
+  CooperatingArms cooperating = {};                           ///< null: all
 };
 
 /// The cell could not be opened: nothing has moved.

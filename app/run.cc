@@ -86,13 +86,13 @@ int refuse(const Diagnostics& diagnostics, bool json) {
   return kRefused;
 }
 
-int run(const Arguments& arguments, const Program& program) {
+int run(const Arguments& arguments, const Program& program, const CooperatingArms& cooperating) {
   Diagnostics diagnostics;
   auto [open, options] = parse(arguments, {arguments.file}, diagnostics);
   diagnostics.append(check(arguments));
   diagnostics.append(check_model_folders(arguments.models));
   if (diagnostics.has_errors()) return refuse(diagnostics, arguments.json);
-  CellOptions cell_options{.quiet = arguments.json};
+  CellOptions cell_options{.quiet = arguments.json, .cooperating = cooperating};
   cell_options.models.assign(arguments.models.begin(), arguments.models.end());
   Cell::Setup setup{.open = open, .run = options};
   setup.run.interrupt = &catch_interrupts();
@@ -124,7 +124,8 @@ int run(const Arguments& arguments, const Program& program) {
   return exit_status(report.verdict);
 }
 
-int run_command_line(int argc, char** argv, const std::filesystem::path& file, const Program& program) {
+int run_command_line(int argc, char** argv, const std::filesystem::path& file, const Program& program,
+                     const CooperatingArms& cooperating) {
   Arguments arguments;
   arguments.file = file.string();
   CLI::App parser("A program of a cell");
@@ -147,15 +148,16 @@ int run_command_line(int argc, char** argv, const std::filesystem::path& file, c
     diagnostics.error(Code::kUsage, "", error.what(), "--help");
     return refuse(diagnostics, arguments.json);
   }
-  return run(arguments, program);
+  return run(arguments, program, cooperating);
 }
 
 }  // namespace
 
-int run(int argc, char** argv, const std::filesystem::path& file, const Program& program) {
+int run(int argc, char** argv, const std::filesystem::path& file, const Program& program,
+        const CooperatingArms& cooperating) {
   prepare_process();
   return run_guarded(fmt::format("{}", fmt::join(argv, argv + argc, " ")),
-                     [&] { return run_command_line(argc, argv, file, program); });
+                     [&] { return run_command_line(argc, argv, file, program, cooperating); });
 }
 
 }  // namespace takt::app

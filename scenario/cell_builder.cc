@@ -423,7 +423,8 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   built.library = models;
   // Of a period of 1 ms half is for the nets; the rest is for the devices, for who looks between cycles, and spare.
   constexpr Nanoseconds kNetBudget = 500'000;
-  const rcc::ControlCore::Options options{.measure = measure_times, .budget = description.realtime ? kNetBudget : 0};
+  const rcc::ControlCore::Options options{
+      .measure = measure_times, .budget = description.realtime ? kNetBudget : 0, .separate = description.site.separate};
   built.site = std::make_unique<SiteDevices>(description.site, options.period, description.seed);
   built.site->plan(devices, diagnostics);
   for (const ObjectEntry& entry : description.objects) {

@@ -64,6 +64,8 @@ struct Site {
   std::optional<double> speed_override = std::nullopt;
   /// Which arms cooperate: sets of names, in any overlap. Null: it is not known, and all do.
   std::optional<ArmGroups> cooperating = std::nullopt;
+  /// Groups of arms, without a common one, of which no net may drive two: it is rejected.
+  std::vector<std::set<std::string, std::less<>>> separate = {};
   /// False: drivers are left out, and their arms simulated. Their delays count all the same.
   bool connect = true;
 

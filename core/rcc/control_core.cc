@@ -22,7 +22,6 @@
 #include "core/rcc/executor.h"
 #include "core/rcc/net_table.h"
 #include "core/rcc/request_queue.h"
-#include "core/rcc/resources.h"
 #include "core/rcc/rule_book.h"
 #include "core/rcc/stop_supervisor.h"
 #include "core/rcc/stopwatch.h"
@@ -149,6 +148,7 @@ Diagnostics ControlCore::Impl::bind(NetEntry& entry) {
   Diagnostics diagnostics;
   for (const net::Resource* claim : entry.net->claims()) entry.claims.push_back(resources.place_of(claim));
   bind_states(entry, diagnostics);
+  check_cooperation(*entry.net, arms, options.separate, diagnostics);
   entry.begins = bind_seams(entry, entry.options.begins, "/begins", diagnostics);
   entry.ends = bind_seams(entry, entry.options.ends, "/ends", diagnostics);
   const net::StopBound* bound = entry.net->stop_bound();

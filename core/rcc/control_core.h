@@ -15,6 +15,7 @@
 #include "core/device/device.h"
 #include "core/net/compiled_net.h"
 #include "core/rcc/channel_log.h"
+#include "core/rcc/cooperation.h"
 #include "core/rcc/digest.h"
 #include "core/rcc/net_state.h"
 #include "core/rcc/rules.h"
@@ -79,7 +80,8 @@ class ControlCore {
     /// Real time: most that all running nets together may cost in a cycle (row T5). A net that does not fit beside
     /// those that run is rejected, and its start is refused. 0: lock-step, cost is only reported.
     Nanoseconds budget = 0;
-    int latch_capacity = 0;  ///< values from outside that are kept for take_latches(); 0: none
+    SeparateArms separate = {};  ///< groups of arms of which no net may drive two
+    int latch_capacity = 0;      ///< values from outside that are kept for take_latches(); 0: none
   };
 
   explicit ControlCore(const Options& options);

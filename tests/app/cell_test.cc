@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "app/takt.h"
+#include "core/operations/two_arms.h"
 #include "tests/support/reports.h"
 
 namespace takt::app {
@@ -143,6 +144,52 @@ TEST(Cell, AnErrorOfTheProgramEndsWhatRunsInOrder) {
   EXPECT_THAT(report.diagnostics, Not(takt::test::ReportsAnywhere(Code::kNotPossibleNow)));
   EXPECT_TRUE(failed(report).empty());
   EXPECT_FALSE(cell.core().find_arm("arm")->held());
+}
+
+/// Two arms side by side, of which the right one is a UR5 unless it is said: told 17 ms late.
+CellOptions two_arms(CooperatingArms cooperating, const std::string& right = "ur5") {
+  return {.set = {{"/expectations", kOnlyLimits}, {"/devices/right/model", right}},
+          .cooperating = std::move(cooperating)};
+}
+Nanoseconds delay(Cell& cell, const std::string& arm) {
+  const device::BackendTiming timing = cell.core().find_arm(arm)->timing();
+  return timing.driver_delay + timing.dead_time;
+}
+
+TEST(Cell, OnlyArmsThatCooperateAreEquallyLate) {
+  Cell unknown("beside.json", two_arms({}));
+  EXPECT_EQ(delay(unknown, "left"), 17 * kMillisecond) << "which arms will move as one is not known";
+  Cell alone("beside.json", two_arms({{}}));
+  EXPECT_EQ(delay(alone, "left"), 0);
+  EXPECT_EQ(delay(alone, "right"), 17 * kMillisecond);
+  Cell together("beside.json", two_arms({{{"left", "right"}}}));
+  EXPECT_EQ(delay(together, "left"), 17 * kMillisecond);
+}
+
+TEST(Cell, AGroupNamesArmsOfTheCell) {
+  const Diagnostics why = error_of([] { Cell("beside.json", two_arms({{{"left", "rigth"}}})); });
+  EXPECT_THAT(why, Reports(Code::kUnknownName, "", {"cooperating", "rigth", "right", "left"}));
+}
+
+/// They would not be together at their flanges.
+TEST(Cell, ArmsOfDifferentGroupsDoNotMoveAsOne) {
+  const auto lift = [](Cell& cell) {
+    Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+    X_WC.translation() << 0.6, 0.0, 0.5;
+    const activity::TwoArms pair(cell.arm("left"), cell.arm("right"), X_WC);
+    pair.lin_by({0.0, 0.0, 0.02}).execute();
+  };
+  Cell apart("beside.json", two_arms({{{"left"}, {"right"}}}, "lwr4plus"));
+  const Diagnostics why = error_of([&] { lift(apart); });
+  EXPECT_THAT(why, takt::test::ReportsAnywhere(Code::kConflict, {"left", "right"})) << why.to_string();
+  EXPECT_EQ(report_of(apart,
+                      [](Cell& cell) {
+                        cell.arm("left").use<MotionInterface>().lin_by({0.0, 0.0, 0.02}).execute();
+                      })
+                .verdict,
+            Verdict::kPassed);
+  Cell together("beside.json", two_arms({{{"right", "left"}}}, "lwr4plus"));
+  EXPECT_EQ(report_of(together, lift).verdict, Verdict::kPassed);
 }
 
 /// The cycle has a thread of its own: it goes on while the program calculates.
