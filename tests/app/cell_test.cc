@@ -148,8 +148,7 @@ TEST(Cell, AnErrorOfTheProgramEndsWhatRunsInOrder) {
 
 /// Two arms side by side, of which the right one is a UR5 unless it is said: told 17 ms late.
 CellOptions two_arms(CooperatingArms cooperating, const std::string& right = "ur5") {
-  return {.set = {{"/expectations", kOnlyLimits}, {"/devices/right/model", right}},
-          .cooperating = std::move(cooperating)};
+  return {.set = {{"/expectations", "[]"}, {"/devices/right/model", right}}, .cooperating = std::move(cooperating)};
 }
 Nanoseconds delay(Cell& cell, const std::string& arm) {
   const device::BackendTiming timing = cell.core().find_arm(arm)->timing();
