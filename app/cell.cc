@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <set>
 
 #include <fmt/format.h>
 
@@ -62,23 +61,6 @@ void explain_missing_data(Diagnostics& diagnostics) {
   diagnostics.error(Code::kNotFound, "",
                     fmt::format("this install has no models: there is no folder '{}'", models.string()),
                     "TAKT_ROOT: the folder of models/ and scenarios/");
-}
-
-/// Groups that share an arm are one.
-std::vector<std::set<std::string, std::less<>>> merged(const scenario::ArmGroups& groups) {
-  std::vector<std::set<std::string, std::less<>>> out;
-  for (std::set<std::string, std::less<>> group : groups) {
-    const auto shares = [&](const auto& other) {
-      return std::ranges::any_of(other, [&](const std::string& arm) { return group.contains(arm); });
-    };
-    for (auto other = std::ranges::find_if(out, shares); other != out.end();
-         other = std::ranges::find_if(out, shares)) {
-      group.merge(*other);
-      out.erase(other);
-    }
-    out.push_back(std::move(group));
-  }
-  return out;
 }
 
 Cell::Setup setup_of(const CellOptions& options) {
@@ -211,7 +193,7 @@ class Cell::Impl {
     diagnostics.set_file(description_.file.string());
     if (diagnostics.has_errors()) refuse_cell(std::move(diagnostics));
     for (const std::string& arm : arms) groups.insert({arm});
-    description_.site.separate = merged(groups);
+    description_.site.separate = scenario::merged(groups);
     description_.site.cooperating = std::move(groups);
   }
 

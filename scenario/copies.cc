@@ -103,9 +103,9 @@ class CopyWriter {
     if (reader.has("one_of")) {
       const std::vector<std::string> choices = reader.texts("one_of");
       reader.finish();
-      if (choices.empty())
+      if (entry["one_of"].empty())
         diagnostics_.error(Code::kOutOfRange, reader.at("one_of"), "no value is allowed", "at least one text");
-      else if (values.choice(name, choices).empty())
+      else if (!choices.empty() && values.choice(name, choices).empty())
         parameters_[name] = choices.front();
       return;
     }

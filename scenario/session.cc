@@ -48,8 +48,8 @@ struct PreparedCell {
 };
 
 /// Wholes count by their parts.
-ArmGroups::key_type arms_of(const net::CompiledNet& net, const command::Cell& cell) {
-  ArmGroups::key_type arms;
+ArmSet arms_of(const net::CompiledNet& net, const command::Cell& cell) {
+  ArmSet arms;
   for (const net::Resource* claim : net.claims()) {
     const auto* arm = dynamic_cast<const device::Arm*>(claim);
     if (arm != nullptr && cell.arms.contains(arm->name())) arms.insert(arm->name());
@@ -62,7 +62,7 @@ ArmGroups cooperating_arms(const std::vector<activity::RehearsedNet>& nets, Buil
   for (const activity::RehearsedNet& rehearsed : nets) {
     const auto net = net::CompiledNet::compile(rehearsed.net, built.core->environment());
     if (!net) continue;  // the rehearsal has reported it
-    ArmGroups::key_type arms = arms_of(**net, built.cell);
+    ArmSet arms = arms_of(**net, built.cell);
     if (arms.size() > 1) groups.insert(std::move(arms));
   }
   return groups;

@@ -158,6 +158,22 @@ void add_driver_setting(std::string_view part, Json& settings) {
 
 }  // namespace
 
+std::vector<ArmSet> merged(const ArmGroups& groups) {
+  std::vector<ArmSet> out;
+  for (ArmSet group : groups) {
+    const auto shares = [&group](const ArmSet& other) {
+      return std::ranges::any_of(other, [&](const std::string& arm) { return group.contains(arm); });
+    };
+    for (auto other = std::ranges::find_if(out, shares); other != out.end();
+         other = std::ranges::find_if(out, shares)) {
+      group.merge(*other);
+      out.erase(other);
+    }
+    out.push_back(std::move(group));
+  }
+  return out;
+}
+
 std::vector<BackendKind> backend_kinds() {
   std::vector<BackendKind> kinds{
       {"sim", false, "in the simulation, with the cycle of its model and an ideal clock"},

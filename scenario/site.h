@@ -47,8 +47,12 @@ struct Binding {
 /// Share of the planned speed at which hardware moves unless the site says otherwise.
 inline constexpr double kFirstSpeed = 0.25;
 
-/// Arms that one net drives together, as sets of names.
-using ArmGroups = std::set<std::set<std::string, std::less<>>>;
+/// Arms, by their names.
+using ArmSet = std::set<std::string, std::less<>>;
+/// Arms that one net drives together.
+using ArmGroups = std::set<ArmSet>;
+/// Groups that share an arm as one: none of them shares one with another.
+[[nodiscard]] std::vector<ArmSet> merged(const ArmGroups& groups);
 
 /// What is true of one place and not of the scenario: which back end each device has (docs/sites.md). Devices that are
 /// not named are simulated.
@@ -65,7 +69,7 @@ struct Site {
   /// Which arms cooperate: sets of names, in any overlap. Null: it is not known, and all do.
   std::optional<ArmGroups> cooperating = std::nullopt;
   /// Groups of arms, without a common one, of which no net may drive two: it is rejected.
-  std::vector<std::set<std::string, std::less<>>> separate = {};
+  std::vector<ArmSet> separate = {};
   /// False: drivers are left out, and their arms simulated. Their delays count all the same.
   bool connect = true;
 

@@ -171,23 +171,19 @@ Nanoseconds SiteDevices::pace(Nanoseconds due) {
   return master_ == nullptr ? 0 : phase_lock_.correction(due, master_->packet_time());
 }
 
-/// The longest delay of those that the arm cooperates with, itself included. Groups that share an arm are one.
+/// The longest delay of those that the arm cooperates with, itself included.
 Nanoseconds SiteDevices::padded_delay(const std::string& arm) const {
   if (!site_.pad_delays) return delays_.at(arm);
-  std::set<std::string, std::less<>> together{arm};
+  Nanoseconds longest = delays_.at(arm);
+  const auto includes = [&longest](Nanoseconds delay) { longest = std::max(longest, delay); };
   if (!site_.cooperating) {
-    for (const auto& [name, delay] : delays_) together.insert(name);
+    for (const auto& [name, delay] : delays_) includes(delay);
+    return longest;
   }
-  const auto joins = [&](const auto& group) {
-    const auto member = [&](const std::string& name) { return together.contains(name); };
-    return std::ranges::any_of(group, member) && !std::ranges::all_of(group, member);
-  };
-  const ArmGroups groups = site_.cooperating.value_or(ArmGroups{});
-  for (auto group = std::ranges::find_if(groups, joins); group != groups.end();
-       group = std::ranges::find_if(groups, joins))
-    together.insert(group->begin(), group->end());
-  Nanoseconds longest = 0;
-  for (const std::string& name : together) longest = std::max(longest, delays_.at(name));
+  for (const ArmSet& group : merged(*site_.cooperating)) {
+    if (!group.contains(arm)) continue;
+    for (const std::string& name : group) includes(delays_.at(name));
+  }
   return longest;
 }
 

@@ -81,17 +81,6 @@ double approach_acceleration(const command::MountedArm& arm, double contact_forc
   return heaviest > 0.0 ? 0.5 * contact_force / heaviest : 0.0;
 }
 
-/// What is deeper than it may be cannot be found.
-Diagnostics check_depth(const Pressing& pressing) {
-  Diagnostics diagnostics;
-  if (pressing.drop && pressing.depth && *pressing.depth <= *pressing.drop)
-    diagnostics.error(Code::kConflict, "/depth_max_m",
-                      fmt::format("{:g} m are not more than drop_m, {:g} m: nothing would ever be found",
-                                  *pressing.depth, *pressing.drop),
-                      "more than drop_m");
-  return diagnostics;
-}
-
 /// Springs that are bent by more than the tool may be sent never press with the force.
 Diagnostics check_bend(const Pressing& pressing, const command::MountedArm& arm, const Eigen::Vector3d& direction_B,
                        const JointVector& q) {
@@ -124,7 +113,6 @@ bool Pressing::needs_place() const {
 
 Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::Cell& cell, const JointVector& q) {
   const command::MountedArm& arm = cell.arms.find(pressing.arm)->second;
-  if (Diagnostics wrong = check_depth(pressing); wrong.has_errors()) return std::unexpected(std::move(wrong));
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   const auto direction = direction_in_base(pressing, cell, X_BT);
   if (!direction) return std::unexpected(direction.error());

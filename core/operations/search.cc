@@ -8,20 +8,8 @@
 namespace takt::activity {
 namespace {
 
-/// A pattern with too many points takes longer to plan than anybody waits.
-/// @param pointer  of what is to be changed
-Diagnostics check_size(const SearchParameters& search, const std::string& pointer) {
-  Diagnostics diagnostics;
-  const std::size_t size = search_size(search.pattern, search.radius, search.pitch);
-  if (size > kMostSearchPoints)
-    diagnostics.error(Code::kTooLarge, pointer, fmt::format("{} points for this radius", size),
-                      fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
-  return diagnostics;
-}
-
 /// The pattern as a spline of the tool centre point across the direction, from where it is.
 Result<motion::SequencePlan> plan_pattern(const SearchParameters& search, const Pressing::Start& start) {
-  if (Diagnostics wrong = check_size(search, ""); wrong.has_errors()) return std::unexpected(std::move(wrong));
   const Eigen::Vector3d x = start.direction_B.unitOrthogonal();
   const Eigen::Vector3d y = start.direction_B.cross(x);
   MotionTask motion;
@@ -38,10 +26,22 @@ Result<motion::SequencePlan> plan_pattern(const SearchParameters& search, const 
   return plan_motions({motion}, start.cell, start.q);
 }
 
-void check_pattern(const SearchParameters& search, const ReadContext& from) {
+/// A pattern with too many points takes longer to plan than anybody waits; what is deeper than the tool may go cannot
+/// be found.
+void check_search(const SearchParameters& search, const ReadContext& from) {
   ObjectReader& reader = from.reader;
-  if (reader.has("radius_m") && reader.has("pitch_m") && search.pitch > 0.0)
-    reader.diagnostics().append(check_size(search, reader.at("pitch_m")));
+  if (reader.has("radius_m") && reader.has("pitch_m") && search.pitch > 0.0) {
+    const std::size_t size = search_size(search.pattern, search.radius, search.pitch);
+    if (size > kMostSearchPoints) {
+      reader.diagnostics().error(Code::kTooLarge, reader.at("pitch_m"), fmt::format("{} points for this radius", size),
+                                 fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
+    }
+  }
+  if (search.drop && search.depth && *search.depth <= *search.drop) {
+    reader.diagnostics().error(Code::kConflict, reader.at("depth_max_m"),
+                               fmt::format("{:g} m are not more than drop_m, {:g} m", *search.depth, *search.drop),
+                               "more than drop_m, so that something can be found");
+  }
   if (!search.drop && !from.has("until")) {
     reader.diagnostics().error(Code::kMissing, reader.pointer(), "no end condition is given", "'drop_m' or 'until'");
   }
@@ -77,7 +77,7 @@ const ParameterTable<SearchParameters>& search_parameters() {
                 "Speed along the pattern.")
         .number("drop_m", "m", &P::drop, kPositive, "Found: the tool is this much deeper than at contact.")
         .choice("on_end", &P::must_find, ends, "Whether a pattern that ends without a find fails the step.")
-        .rule(check_pattern);
+        .rule(check_search);
   }();
   return table;
 }

@@ -276,7 +276,7 @@ class Parser {
   void count_operator() {
     if (++operators_ > kMostOperators) refuse("too many operators in one statement");
   }
-  /// Also at the begin of a line, where nothing else could begin with it.
+  /// Also at the beginning of a line: no statement that does something begins with a sign.
   [[nodiscard]] const Precedence* operator_here(int level) const {
     for (const Precedence& row : kOperators)
       if (row.level == level && here().is(row.sign)) return &row;

@@ -155,8 +155,8 @@ class PosixStream final : public StreamLink {
 
   State state() override {
     if (state_ == State::kConnecting && wait_for(socket_, POLLOUT, 0)) finish_connecting();
-    const bool drained = state_ == State::kEnded || (state_ == State::kOpen && !unsent_.empty() && !has_received());
-    if (drained && !unsent_.empty()) fail(std::exchange(unsent_, {}));
+    const bool waits = state_ == State::kOpen && !unsent_.empty() && has_received();
+    if (state_ != State::kFailed && !unsent_.empty() && !waits) fail(std::exchange(unsent_, {}));
     return state_;
   }
 

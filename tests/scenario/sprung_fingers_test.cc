@@ -1,4 +1,5 @@
 // Fingers that give way (models/wsg50_sprung): what they run into, and what they hold.
+#include <cstdio>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -33,11 +34,13 @@ Ran touched_with(const std::string& arm, const std::string& gripper, const std::
 }
 
 TEST(SprungFingers, TouchABlockGentlyWithAnyArm) {
+  const auto measured = [](const Ran& ran) { return ran.report.expectations.at(0).measured; };
   for (const char* arm : {"lwr4plus", "ur5", "tx90"}) {
     const Ran soft = touched_with(arm, "wsg50_sprung", R"("at_least_N": 4, "below_N": 7)");
     EXPECT_EQ(soft.report.verdict, Verdict::kPassed) << arm << "\n" << soft.report.diagnostics.to_string();
     const Ran hard = touched_with(arm, "wsg50", R"("at_least_N": 8, "below_N": 100)");
     EXPECT_EQ(hard.report.verdict, Verdict::kPassed) << arm << ": so the case is one";
+    std::printf("%s, springs: %s\n%s, plain: %s\n", arm, measured(soft).c_str(), arm, measured(hard).c_str());
   }
 }
 

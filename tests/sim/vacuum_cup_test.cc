@@ -64,14 +64,14 @@ TEST_F(PlateOnCups, EachPullsWithItsPressureTimesItsArea) {
   suck("right", true);
   run(0.5);
   const double held = height();
-  EXPECT_NEAR(applied(), -2.0 * kPull, 0.05 * kPull);
+  EXPECT_NEAR(applied(), -2.0 * kPull, 0.01 * kPull);
   const double pull = applied();
   run(2.0);
   EXPECT_NEAR(applied(), pull, 0.01) << "and no more with time";
   EXPECT_NEAR(height(), held, 1e-5);
   suck("left", false);
   run(0.5);
-  EXPECT_NEAR(applied(), -kPull, 0.05 * kPull);
+  EXPECT_NEAR(applied(), -kPull, 0.01 * kPull);
   suck("right", false);
   run(0.5);
   EXPECT_NEAR(applied(), 0.0, 0.01 * kPull);

@@ -193,9 +193,7 @@ void Controller::apply_masks() {
   for (unsigned i = 0; i < 2; ++i) {
     if ((analog >> i & 1u) == 0) continue;
     io_.analog_out[i] = std::clamp(input(fmt::format("standard_analog_output_{}", i)), 0.0, 1.0);
-    const unsigned bit = 4u << i;
-    io_.analog_types =
-        static_cast<std::uint8_t>((types >> i & 1u) != 0 ? io_.analog_types | bit : io_.analog_types & ~bit);
+    Terminals::set_type(io_.analog_types, Terminals::kAnalogOut + i, (types >> i & 1u) != 0);
   }
   set_input("standard_analog_output_mask", 0.0);
   if (input("speed_slider_mask") == 1.0) settings_.slider = std::clamp(input("speed_slider_fraction"), 0.0, 1.0);

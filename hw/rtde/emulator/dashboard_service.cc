@@ -55,7 +55,7 @@ DashboardService::DashboardService(Controller& controller) : controller_(control
   add_state_commands();
   add_power_commands();
   add_program_commands();
-  add_popup_commands();
+  add_message_commands();
   if (controller.is_e_series()) add_e_series_commands();
 }
 
@@ -172,7 +172,7 @@ std::string DashboardService::program_state() const {
   return fmt::format("{} {}", word, file_name(controller_.programs().loaded()));
 }
 
-void DashboardService::add_popup_commands() {
+void DashboardService::add_message_commands() {
   Controller& c = controller_;
   add_with_argument("popup", [&](const std::string& text) {
     c.settings().popup = text;

@@ -36,7 +36,7 @@ class DashboardService final : public Service {
   void add_state_commands();
   void add_power_commands();
   void add_program_commands();
-  void add_popup_commands();
+  void add_message_commands();
   void add_e_series_commands();
   [[nodiscard]] std::string load(const std::string& path);
   [[nodiscard]] std::string program_state() const;

@@ -1,7 +1,7 @@
 // What installations set before a program: kinds of terminals, actions of inputs and outputs, the tool's connector,
 // Modbus signals, flags.
 #include <algorithm>
-#include <array>
+#include <initializer_list>
 
 #include <fmt/format.h>
 
@@ -27,37 +27,29 @@ void add_command(Library& library, std::string_view signature, Run run) {
               }));
 }
 
-void set_bit(std::uint8_t& bits, int bit, bool value) {
-  const auto mask = static_cast<std::uint8_t>(1u << bit);
-  bits = static_cast<std::uint8_t>(value ? bits | mask : bits & ~mask);
-}
-
 /// Ports 0 and 1 are the controller's, whose ranges are all voltages; 2 and 3 are the tool's, whose range 2 is a
 /// current.
-void set_analog_input_range(Controller& c, const Arguments& a) {
-  const int port = a.integer(0, 0, 3);
+void set_analog_input_range(Terminals& io, const Arguments& a) {
+  const auto port = static_cast<unsigned>(a.integer(0, 0, 3));
   const int range = a.integer(1, 0, port < 2 ? 3 : 2);
   if (port < 2)
-    set_bit(c.io().analog_types, port, true);
+    Terminals::set_type(io.analog_types, port, true);
   else
-    set_bit(c.io().tool_analog_types, port - 2, range < 2);
+    Terminals::set_type(io.tool_analog_types, port - 2, range < 2);
 }
 
 void add_terminals(Library& library, Controller& c) {
   add_command(library, "set_analog_inputrange(port, range)",
-              [&c](const Arguments& a) { set_analog_input_range(c, a); });
-  add_command(library, "set_standard_analog_input_domain(port, domain)", [&c](const Arguments& a) {
-    const int port = a.integer(0, 0, 1);
-    set_bit(c.io().analog_types, port, a.integer(1, 0, 1) == 1);
-  });
-  add_command(library, "set_tool_analog_input_domain(port, domain)", [&c](const Arguments& a) {
-    const int port = a.integer(0, 0, 1);
-    set_bit(c.io().tool_analog_types, port, a.integer(1, 0, 1) == 1);
-  });
-  add_command(library, "set_analog_outputdomain(port, domain)", [&c](const Arguments& a) {
-    const int port = a.integer(0, 0, 1);
-    set_bit(c.io().analog_types, 2 + port, a.integer(1, 0, 1) == 1);
-  });
+              [&c](const Arguments& a) { set_analog_input_range(c.io(), a); });
+  const auto add_domain = [&library](std::string_view signature, std::uint8_t& types, unsigned first) {
+    add_command(library, signature, [&types, first](const Arguments& a) {
+      const auto port = static_cast<unsigned>(a.integer(0, 0, 1));
+      Terminals::set_type(types, first + port, a.integer(1, 0, 1) == 1);
+    });
+  };
+  add_domain("set_standard_analog_input_domain(port, domain)", c.io().analog_types, 0);
+  add_domain("set_analog_outputdomain(port, domain)", c.io().analog_types, Terminals::kAnalogOut);
+  add_domain("set_tool_analog_input_domain(port, domain)", c.io().tool_analog_types, 0);
 }
 
 void check_one_of(const Arguments& a, std::size_t i, std::initializer_list<int> allowed) {

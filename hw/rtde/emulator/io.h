@@ -20,6 +20,7 @@ enum class WithProgram : std::uint8_t {
 /// 16-17 tool.
 struct Terminals {
   static constexpr int kConfigurable = 8, kTool = 16;
+  static constexpr unsigned kAnalogOut = 2;  ///< bit of the first analog output in `analog_types`
 
   std::uint32_t digital_in = 0, digital_out = 0;
   std::array<double, 2> analog_in{}, analog_out{};  ///< V or A; outputs as a share of the range, 0..1
@@ -37,6 +38,11 @@ struct Terminals {
   void set_digital_out(std::uint8_t mask, std::uint8_t values, int first) {
     const std::uint32_t shifted = std::uint32_t{mask} << first;
     digital_out = (digital_out & ~shifted) | ((std::uint32_t{values} << first) & shifted);
+  }
+  /// Of one analog terminal, by its bit in `analog_types` or `tool_analog_types`.
+  static void set_type(std::uint8_t& types, unsigned bit, bool voltage) {
+    const auto mask = static_cast<std::uint8_t>(1u << bit);
+    types = static_cast<std::uint8_t>(voltage ? types | mask : types & ~mask);
   }
   /// A program has started, or ended.
   void follow_program(bool runs) {

@@ -22,15 +22,15 @@ void refuse_script(Controller& c, int code, std::string_view why) {
                   .time = c.time()});
 }
 
-struct LineCommand {
-  std::string_view words;
-  void (*run)(Controller&);
-};
 void run_robot(Controller& c) {
   c.power().release_brakes();
   c.end_freedrive();
 }
 
+struct LineCommand {
+  std::string_view words;
+  void (*run)(Controller&);
+};
 constexpr std::array<LineCommand, 10> kLineCommands = {
     {{"stop program", [](Controller& c) { c.programs().stop(); }},
      {"pause program", [](Controller& c) { c.programs().pause(); }},
