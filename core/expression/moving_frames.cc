@@ -1,7 +1,6 @@
 #include "core/expression/moving_frames.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -29,12 +28,8 @@ void see_flanges(command::Cell& cell, const std::function<JointVector(const std:
     if (arm.device == nullptr || arm.device->description().chain == nullptr) continue;
     const JointVector q = q_of(name);
     if (q.size() != arm.device->joint_count()) continue;
-    std::map<std::string, std::optional<Eigen::Isometry3d>> known;  // most frames ride on the same few links
-    cell.frames.see_arm(name, [&](const std::string& link) {
-      const auto found = known.find(link);
-      return found != known.end() ? found->second
-                                  : known.emplace(link, link_pose(arm.device->description(), link, q)).first->second;
-    });
+    const device::ArmDescription* description = &arm.device->description();
+    cell.frames.see_arm(name, [description, q](const std::string& link) { return link_pose(*description, link, q); });
   }
 }
 

@@ -1,6 +1,7 @@
 #include "core/world/frame_graph.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -60,12 +61,20 @@ void FrameGraph::see(std::string_view name, const Eigen::Isometry3d& X_PF) {
   if (found != relations_.end() && found->second.moves()) found->second.X_seen = X_PF;
 }
 
-void FrameGraph::see_arm(std::string_view arm, const LinkPoses& X_BL) {
-  for (auto& [name, relation] : relations_) {
-    if (!relation.rides_on_arm() || relation.source != arm) continue;
-    const auto X = X_BL(relation.link);
-    relation.X_seen = X ? std::optional<Eigen::Isometry3d>(*X * relation.X_PF) : std::nullopt;
-  }
+void FrameGraph::see_arm(std::string_view arm, LinkPoses X_BL) {
+  const auto found = arms_.find(arm);
+  if (found != arms_.end())
+    found->second = std::move(X_BL);
+  else
+    arms_.emplace(arm, std::move(X_BL));
+}
+
+/// Where a frame that moves is in its parent, as far as anybody has looked.
+std::optional<Eigen::Isometry3d> FrameGraph::seen(const Relation& relation) const {
+  const auto arm = relation.rides_on_arm() ? arms_.find(relation.source) : arms_.end();
+  if (arm == arms_.end()) return relation.X_seen;
+  const auto X_BL = arm->second(relation.link);
+  return X_BL ? std::optional<Eigen::Isometry3d>(*X_BL * relation.X_PF) : std::nullopt;
 }
 
 std::vector<std::string> FrameGraph::moving() const {
@@ -105,11 +114,12 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
       return failure(Code::kUnknownPose, {}, fmt::format("it is not known where '{}' is", path[i]),
                      "a frame whose pose is known, or a measurement of this one before");
     }
-    if (relation.moves() && !relation.X_seen) {
+    const auto X_seen = relation.moves() ? seen(relation) : relation.X_PF;
+    if (!X_seen) {
       return failure(Code::kInvalidValue, {}, fmt::format("frame '{}' moves with '{}'", path[i], relation.source),
                      "a frame that does not, or a sensor");
     }
-    X = (relation.moves() ? *relation.X_seen : relation.X_PF) * X;
+    X = *X_seen * X;
   }
   return X;
 }

@@ -29,7 +29,8 @@ struct Relation {
   Eigen::Isometry3d X_PF = Eigen::Isometry3d::Identity();  ///< m
   std::string source = {};
   std::string link = {};  ///< of kLink only
-  /// Of one that moves: the frame in its parent when it was looked at last (FrameGraph::see); none: not yet.
+  /// Of one that moves, unless the graph has seen the arm that it rides on (FrameGraph::see_arm): the frame in its
+  /// parent when it was looked at last (FrameGraph::see); none: not yet.
   std::optional<Eigen::Isometry3d> X_seen = {};
 
   [[nodiscard]] bool rides_on_arm() const { return kind == Kind::kFlange || kind == Kind::kLink; }
@@ -56,10 +57,11 @@ class FrameGraph {
   bool remove(std::string_view name);
   /// Where a frame that moves is now, in its parent: what pose() answers until it is seen again. Others do not change.
   void see(std::string_view name, const Eigen::Isometry3d& X_PF);
-  /// The same of all frames that ride on an arm: X_BL tells where a link of it is now in its base, "" is the flange;
-  /// nothing: nobody knows where.
+  /// The same of all frames that ride on an arm: X_BL tells where a link of it is in its base, "" is the flange;
+  /// nothing: nobody knows where. It is asked as often as pose() needs it until the arm is seen again, also by copies
+  /// of the graph: it owns what it needs.
   using LinkPoses = std::function<std::optional<Eigen::Isometry3d>(const std::string& link)>;
-  void see_arm(std::string_view arm, const LinkPoses& X_BL);
+  void see_arm(std::string_view arm, LinkPoses X_BL);
 
   [[nodiscard]] bool contains(std::string_view name) const;
   /// How a frame hangs on its parent; null for the world and for frames that are not there.
@@ -79,9 +81,11 @@ class FrameGraph {
   [[nodiscard]] std::uint64_t changes() const { return changes_; }
 
  private:
+  [[nodiscard]] std::optional<Eigen::Isometry3d> seen(const Relation& relation) const;
   [[nodiscard]] Result<Eigen::Isometry3d> along(const std::vector<std::string_view>& path, std::size_t count) const;
 
   std::map<std::string, Relation, std::less<>> relations_;
+  std::map<std::string, LinkPoses, std::less<>> arms_;  ///< that have been seen
   std::uint64_t changes_ = 0;
 };
 

@@ -107,4 +107,11 @@ Revolved::Lines Revolved::lines_near(const Point& at, double radius) const {
   return lines;
 }
 
+double Revolved::plane(Lines lines) const {
+  const unsigned known = lines & ((1U << count_) - 1U);
+  if (!std::has_single_bit(known)) return 0.0;
+  const Vector2d& normal = lines_[static_cast<std::size_t>(std::countr_zero(known))].normal;
+  return std::abs(normal.x()) < kCoincident ? std::copysign(1.0, normal.y()) : 0.0;
+}
+
 }  // namespace takt::world

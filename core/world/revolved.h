@@ -42,6 +42,8 @@ class Revolved {
   [[nodiscard]] double distance(const Point& at, Lines lines = kAllLines) const;
   /// Those that can be nearest to a point of the half plane within `radius` of `at`, m.
   [[nodiscard]] Lines lines_near(const Point& at, double radius) const;
+  /// Where the only one of these lines is a plane face: its normal along the axis, 1 or -1; else 0.
+  [[nodiscard]] double plane(Lines lines) const;
 
  private:
   struct Line {

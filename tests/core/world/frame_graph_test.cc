@@ -57,6 +57,31 @@ TEST(FrameGraph, MovingFramesHaveNoConstantPoseButWhatHangsOnThemHas) {
   EXPECT_THAT(graph.set("x", {.kind = Relation::Kind::kChannel, .parent = "arm"}), Reports(Code::kMissing, ""));
 }
 
+/// Where an arm's links are is asked when a pose is, also of copies.
+TEST(FrameGraph, FramesOnAnArmGoWithItsLinks) {
+  FrameGraph graph;
+  ASSERT_TRUE(graph.add("arm", "world", at(1, 0, 0)).empty());
+  const auto riding = [](Relation::Kind kind, const Eigen::Isometry3d& X, const char* link) {
+    return Relation{.kind = kind, .parent = "arm", .X_PF = X, .source = "arm", .link = link};
+  };
+  ASSERT_TRUE(graph.set("tool", riding(Relation::Kind::kFlange, at(0, 0, 0.1), "")).empty());
+  ASSERT_TRUE(graph.set("camera", riding(Relation::Kind::kLink, at(0, 0.2, 0), "elbow")).empty());
+  EXPECT_FALSE(graph.pose("tool").has_value()) << "nobody has looked";
+  int asked = 0;
+  graph.see_arm("arm", [&](const std::string& link) -> std::optional<Eigen::Isometry3d> {
+    ++asked;
+    return link.empty() ? std::optional(at(0, 0, 1)) : std::nullopt;
+  });
+  EXPECT_EQ(asked, 0);
+  EXPECT_TRUE(graph.pose("tool")->translation().isApprox(Eigen::Vector3d(1, 0, 1.1), 1e-12));
+  EXPECT_EQ(asked, 1);
+  EXPECT_FALSE(graph.pose("camera").has_value()) << "this link is not known";
+  FrameGraph copy = graph;
+  copy.see_arm("arm", [](const std::string&) { return std::optional(at(0, 0, 2)); });
+  EXPECT_TRUE(copy.pose("camera")->translation().isApprox(Eigen::Vector3d(1, 0.2, 2), 1e-12));
+  EXPECT_NEAR(graph.pose("tool")->translation().z(), 1.1, 1e-12);
+}
+
 TEST(FrameGraph, WhatDependsOnAFrameThatIsTakenAwayStaysWhereItIs) {
   FrameGraph graph;
   const auto estimate = [](const std::string& parent, const Eigen::Isometry3d& X) {

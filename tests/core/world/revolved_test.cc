@@ -64,5 +64,21 @@ TEST(Revolved, LinesThatAreLeftOutChangeNoDistance) {
   EXPECT_GT(fewer, 4000);
 }
 
+/// A cylinder stands on one, the face around a bore is one; the wall and the chamfer are not.
+TEST(Revolved, APlaneIsTheOnlyLineNearby) {
+  const Revolved around = material_around({.radius = 0.01, .depth = 0.02, .chamfer = 0.001}, 0.05);
+  const auto plane = [](const Revolved& surface, double r, double z) {
+    return surface.plane(surface.lines_near({r, z}, 1e-4));
+  };
+  EXPECT_EQ(plane(around, 0.02, -1e-4), 1.0) << "the face";
+  EXPECT_EQ(plane(around, 0.001, -0.0199), 1.0) << "the bottom";
+  EXPECT_EQ(plane(around, 0.0099, -0.01), 0.0) << "the wall";
+  EXPECT_EQ(plane(around, 0.011, 0.0), 0.0) << "the rim of the face";
+  const Revolved cylinder = chamfered_cylinder(0.01, 0.03, 0.002);
+  EXPECT_EQ(plane(cylinder, 0.003, -0.0149), -1.0);
+  EXPECT_EQ(plane(cylinder, 0.003, 0.0151), 1.0);
+  EXPECT_EQ(cylinder.plane(Revolved::kAllLines), 0.0);
+}
+
 }  // namespace
 }  // namespace takt::world
