@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "scenario/degrees.h"
+#include "sim/contact_law.h"
 
 namespace takt::scenario {
 namespace {
@@ -229,9 +230,20 @@ void CellRun::tell_of_screws() {
   }
 }
 
+/// Once: a cell with so many shapes in a heap is no longer what its figures say.
+void CellRun::tell_of_contacts() {
+  const sim::ContactLaw& law = built_.world->contact_law();
+  if (told_of_contacts_ || law.forgotten() == 0) return;
+  told_of_contacts_ = true;
+  note("contact", "forgotten",
+       fmt::format("more than {} pairs of shapes touch: friction of the others is not remembered, and they creep",
+                   law.capacity()));
+}
+
 /// What drivers have to say goes to the recording, and to whoever listens.
 void CellRun::tell_news() {
   tell_of_screws();
+  tell_of_contacts();
   constexpr std::int64_t kEvery = 100;  // cycles
   if (!built_.site->has_drivers() || built_.core->cycle() % kEvery != 0) return;
   for (const std::string& line : built_.site->news()) note("driver", line.substr(0, line.find(':')), line);

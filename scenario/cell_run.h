@@ -84,6 +84,7 @@ class CellRun {
   void keep_pace(double time);
   void tell_news();
   void tell_of_screws();
+  void tell_of_contacts();
   [[nodiscard]] bool look_at_contacts();
   void follow_steps(const LogEntry& entry);
   void tell_end(bool interrupted);
@@ -115,6 +116,7 @@ class CellRun {
   std::vector<std::string> steps_begun_;
   std::vector<std::string> steps_running_;  ///< their paths
   std::size_t screw_events_ = 0;            ///< that have been told
+  bool told_of_contacts_ = false;           ///< that there are too many
   bool diverged_ = false;                   ///< the physics has no state to go on from
   std::optional<rcc::Watchdog> watchdog_;   ///< of lock-step
   RunReport report_;

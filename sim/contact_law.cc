@@ -106,7 +106,7 @@ ContactLaw::ContactLaw(const mjModel& model, const WorldDescription& description
   }
   for (const ObjectDescription& object : description.objects) {
     set(object.name, number_of(object.contact));
-    if (object.free) memories += 4;
+    if (object.free) memories += 4 * object.shapes.size();
     for (const ObjectGeometry& part : object.shapes) memories += 6 * part.bores.size();
   }
   memories += 6 * description.grippers.size();
@@ -164,7 +164,10 @@ const ContactLaw::Memory* ContactLaw::remembered(std::int64_t shapes) const {
 }
 
 void ContactLaw::store(const Memory& memory) {
-  if (used_ < after_.size()) after_[used_++] = memory;
+  if (used_ < after_.size())
+    after_[used_++] = memory;
+  else
+    ++forgotten_;
 }
 
 void ContactLaw::prepare(const mjModel& model, mjData& data, const Solids& solids) {

@@ -43,6 +43,11 @@ class ContactLaw {
   /// Once per physics step, between mj_step1 and mj_step2: replaces the rows of contacts and springs.
   void prepare(const mjModel_& model, mjData_& data, const Solids& solids);
   void stream(StateStream& state);
+  /// How often since the start more pairs of shapes touched than are remembered: friction of those that are beyond it
+  /// gives way like a damper. Realtime: cyclic.
+  [[nodiscard]] std::int64_t forgotten() const { return forgotten_; }
+  /// For how many pairs there is room.
+  [[nodiscard]] std::size_t capacity() const { return before_.size(); }
 
  private:
   /// What is remembered of two shapes in contact.
@@ -74,6 +79,7 @@ class ContactLaw {
   std::vector<Spring> springs_;
   std::vector<Memory> before_, after_;
   std::size_t used_ = 0;  ///< of after_
+  std::int64_t forgotten_ = 0;
 };
 
 }  // namespace takt::sim

@@ -134,49 +134,71 @@ std::span<const BodyContact> ContactList::take() {
   return list_;
 }
 
-template <class Wanted, class Visit>
-void ContactWatch::each(const mjModel_& model, const mjData_& data, const Wanted& wanted, const Visit& visit) const {
+void list_touching(const mjModel_& model, const mjData_& data, std::vector<TouchingBodies>& touching) {
+  touching.clear();
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
     if (contact.geom[0] < 0 || contact.geom[1] < 0) continue;
     const int body1 = model.geom_bodyid[contact.geom[0]], body2 = model.geom_bodyid[contact.geom[1]];
-    const auto first = static_cast<std::size_t>(body1), second = static_cast<std::size_t>(body2);
-    const bool straight = a_[first] && b_[second];
-    if (!straight && !(b_[first] && a_[second])) continue;
-    if (!wanted(body1, body2)) continue;
-    const Eigen::Vector3d force_W = force_in_world(model, data, i);
-    visit(body1, body2, straight ? force_W : Eigen::Vector3d(-force_W));
+    TouchingBodies* last = touching.empty() ? nullptr : &touching.back();
+    if (last && last->body1 == body1 && last->body2 == body2 && last->end == i)
+      ++last->end;
+    else
+      touching.push_back({body1, body2, i, i + 1});
   }
 }
 
-void ContactWatch::update(const mjModel_& model, const mjData_& data) {
+ContactWatch::ContactWatch(const std::vector<bool>& side_a, const std::vector<bool>& side_b) : sides_(side_a.size()) {
+  for (std::size_t body = 0; body < sides_.size(); ++body)
+    sides_[body] = static_cast<std::uint8_t>((side_a[body] ? kSideA : 0) | (side_b[body] ? kSideB : 0));
+}
+
+template <class Wanted, class Visit>
+void ContactWatch::each(const mjModel_& model, const mjData_& data, std::span<const TouchingBodies> touching,
+                        const Wanted& wanted, const Visit& visit) const {
+  for (const auto& [body1, body2, begin, end] : touching) {
+    const std::uint8_t first = sides_[static_cast<std::size_t>(body1)],
+                       second = sides_[static_cast<std::size_t>(body2)];
+    const bool straight = (first & kSideA) && (second & kSideB);
+    if (!straight && !((first & kSideB) && (second & kSideA))) continue;
+    if (!wanted(body1, body2)) continue;
+    for (int i = begin; i < end; ++i) {
+      const Eigen::Vector3d force_W = force_in_world(model, data, i);
+      visit(body1, body2, straight ? force_W : Eigen::Vector3d(-force_W));
+    }
+  }
+}
+
+void ContactWatch::update(const mjModel_& model, const mjData_& data, std::span<const TouchingBodies> touching) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   reading_.contacts = 0;
   const auto all = [](int, int) { return true; };
-  each(model, data, all, [&](int, int, const Eigen::Vector3d& force_W) {
+  each(model, data, touching, all, [&](int, int, const Eigen::Vector3d& force_W) {
     sum += force_W;
     ++reading_.contacts;
   });
+  bool some_woke = false;
   for (Resting& pair : resting_) {
     if (pair.contacts == 0) break;
     const int body1 = static_cast<int>(pair.body1), body2 = static_cast<int>(pair.body2);
     if (!Rest::both_rest(model, data, body1, body2)) {
       pair = {};
+      some_woke = true;
       continue;
     }
     sum += pair.force_W;
     reading_.contacts += static_cast<int>(pair.contacts);
   }
-  const auto tail = std::ranges::remove(resting_, 0, &Resting::contacts);
-  std::ranges::fill(tail, Resting{});
+  if (some_woke) std::ranges::fill(std::ranges::remove(resting_, 0, &Resting::contacts), Resting{});
   reading_.force_W = sum;
   reading_.force = sum.norm();
   reading_.max_force = std::max(reading_.max_force, reading_.force);
 }
 
-void ContactWatch::keep_resting(const mjModel_& model, const mjData_& data, const Rest& rest) {
+void ContactWatch::keep_resting(const mjModel_& model, const mjData_& data, std::span<const TouchingBodies> touching,
+                                const Rest& rest) {
   const auto settles = [&](int body1, int body2) { return rest.both_settle(model, body1, body2); };
-  each(model, data, settles, [&](int body1, int body2, const Eigen::Vector3d& force_W) {
+  each(model, data, touching, settles, [&](int body1, int body2, const Eigen::Vector3d& force_W) {
     for (Resting& pair : resting_) {
       if (pair.contacts == 0) pair = {.body1 = body1, .body2 = body2};
       if (pair.body1 != body1 || pair.body2 != body2) continue;

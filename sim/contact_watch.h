@@ -20,6 +20,14 @@ namespace takt::sim {
 /// All names that bodies_of knows, for error texts.
 [[nodiscard]] std::vector<std::string> side_names(const mjModel_& model);
 
+/// Contacts of the same two bodies that follow each other in MuJoCo's list: numbers from `begin` to before `end`.
+struct TouchingBodies {
+  int body1 = 0, body2 = 0, begin = 0, end = 0;
+};
+/// All of them; what bodies touch is asked by many watches. Realtime: cyclic; allocates only where more bodies touch
+/// than ever before.
+void list_touching(const mjModel_& model, const mjData_& data, std::vector<TouchingBodies>& touching);
+
 /// Adds up the forces between two sets of bodies after each physics step. Realtime: cyclic but for construction, save
 /// and restore.
 class ContactWatch {
@@ -28,13 +36,14 @@ class ContactWatch {
  public:
   static constexpr std::size_t kWords = 6 + 6 * kResting;  ///< of its state
 
-  ContactWatch(std::vector<bool> side_a, std::vector<bool> side_b) : a_(std::move(side_a)), b_(std::move(side_b)) {}
+  ContactWatch(const std::vector<bool>& side_a, const std::vector<bool>& side_b);
 
   /// Call while contact list and solver result belong together: after the solver, before the next collision pass.
-  void update(const mjModel_& model, const mjData_& data);
+  void update(const mjModel_& model, const mjData_& data, std::span<const TouchingBodies> touching);
   /// After update(): the forces between what falls asleep now count on until it is woken, as it has no contacts any
   /// more.
-  void keep_resting(const mjModel_& model, const mjData_& data, const Rest& rest);
+  void keep_resting(const mjModel_& model, const mjData_& data, std::span<const TouchingBodies> touching,
+                    const Rest& rest);
   [[nodiscard]] const ContactReading& reading() const { return reading_; }
   void save(std::vector<std::uint64_t>& words) const;
   void restore(std::span<const std::uint64_t> words);
@@ -46,9 +55,11 @@ class ContactWatch {
   };
   /// Of the contacts between the sides, those of two bodies that `wanted` wants: visit(body1, body2, force on side B).
   template <class Wanted, class Visit>
-  void each(const mjModel_& model, const mjData_& data, const Wanted& wanted, const Visit& visit) const;
+  void each(const mjModel_& model, const mjData_& data, std::span<const TouchingBodies> touching, const Wanted& wanted,
+            const Visit& visit) const;
 
-  std::vector<bool> a_, b_;  // by body number
+  static constexpr std::uint8_t kSideA = 1, kSideB = 2;
+  std::vector<std::uint8_t> sides_;  ///< of each body
   ContactReading reading_;
   std::array<Resting, kResting> resting_{};
 };

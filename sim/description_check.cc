@@ -165,7 +165,9 @@ class Checker {
     bool has_mesh = false;
     for (std::size_t i = 0; i < object.shapes.size(); ++i) {
       const ObjectGeometry& part = object.shapes[i];
-      check_solid(part, part.pointer.empty() ? at : part.pointer, diagnostics_);
+      const std::string part_at = part.pointer.empty() ? at : part.pointer;
+      check_solid(part, part_at, diagnostics_);
+      threads(part_at, part);
       if (!(volume(part.shape) > 0.0)) error(Code::kOutOfRange, at, "a shape has a size that is not > 0");
       has_mesh = has_mesh || std::holds_alternative<kinematics::Mesh>(part.shape);
     }
@@ -185,6 +187,25 @@ class Checker {
     const bool sizes = thread.pitch > 0.0 && thread.pitch_diameter > 0.0 && thread.pitch < thread.major;
     if (!sizes || thread.run_down < 0.0 || thread.friction < 0.0)
       error(Code::kOutOfRange, at, fmt::format("figures of the thread '{}'", thread.size), "0 < pitch < major");
+  }
+
+  /// A threaded bore has to hold a turn of the screws that may come into it.
+  void threads(const std::string& at, const ObjectGeometry& part) {
+    const Solid solid = make_solid(part.shape, part.chamfer, part.bores);
+    for (std::size_t i = 0; i < part.bores.size(); ++i) {
+      const auto fits = [&](const ObjectDescription& object) {
+        return object.screw && object.screw->thread.size == part.bores[i].thread;
+      };
+      const auto screw = std::ranges::find_if(world_.objects, fits);
+      if (screw == world_.objects.end()) continue;
+      const DrilledBore& bore = solid.bores[i];
+      const double threaded = bore.length - bore.chamfer * (bore.through ? 2.0 : 1.0);
+      const double pitch = screw->screw->thread.pitch;
+      if (threaded <= 0.0 || threaded >= pitch) continue;  // without a wall it has been reported
+      error(Code::kOutOfRange, at + "/bores" + pointer_segment(i),
+            fmt::format("{:.4g} m of thread between its chamfers", threaded),
+            fmt::format("a turn of '{}' at least, {} m", part.bores[i].thread, pitch));
+    }
   }
 
   static double volume(const ObjectShape& shape) {

@@ -157,6 +157,7 @@ void ThreadLaw::take(std::size_t index, std::size_t bore, const Stand& stand, Na
                 .lean = stand.lean(),
                 .twist = 0.0,
                 .axial = 0.0,
+                .side = 0.0,
                 .pulled = 0.0};
   report(screw.hold.crossed ? ThreadEvent::Kind::kCrossed : ThreadEvent::Kind::kCaught, index, bore, now);
 }
@@ -240,7 +241,8 @@ bool ThreadLaw::starts(const mjModel& model, const mjData& data, std::size_t ind
 double ThreadLaw::friction_limit(const Screw& screw) const {
   const ThreadFigures& thread = screw.thread;
   const Hold& hold = screw.hold;
-  const double flanks = thread.friction * std::abs(hold.axial) * 0.5 * thread.pitch_diameter / kFlankCosine;
+  const double pressed = std::abs(hold.axial) / kFlankCosine + hold.side;
+  const double flanks = thread.friction * pressed * 0.5 * thread.pitch_diameter;
   const double jam =
       hold.crossed ? kCrossedRise * thread.run_down * std::abs(hold.angle - hold.begin) / (0.25 * kTurnOnce) : 0.0;
   return thread.run_down + flanks + jam;
@@ -330,7 +332,9 @@ void ThreadLaw::finish_step(mjModel& model, mjData& data) {
 void ThreadLaw::remember_forces(const mjData& data) {
   for (Screw& screw : screws_) {
     const int row = screw.hold.bore >= 0 ? row_of_equality(data, screw.equality) : -1;
-    if (row >= 0) screw.hold.axial = data.efc_force[row + 2];
+    if (row < 0) continue;
+    screw.hold.axial = data.efc_force[row + 2];
+    screw.hold.side = std::hypot(data.efc_force[row], data.efc_force[row + 1]);
   }
 }
 
@@ -365,8 +369,8 @@ void ThreadLaw::stream(StateStream& state) {
     Hold& hold = screw.hold;
     for (std::int64_t* bore : {&hold.bore, &hold.mouth}) state(*bore);
     for (bool* flag : {&hold.crossed, &hold.seated}) state(*flag);
-    for (double* value :
-         {&hold.angle, &hold.begin, &hold.height, &hold.twist, &hold.axial, &hold.pulled, &hold.begun, &hold.outside})
+    for (double* value : {&hold.angle, &hold.begin, &hold.height, &hold.twist, &hold.axial, &hold.side, &hold.pulled,
+                          &hold.begun, &hold.outside})
       state(*value);
     state.vector(hold.off);
     state.vector(hold.lean);

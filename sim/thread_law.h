@@ -87,6 +87,7 @@ class ThreadLaw {
     Eigen::Vector2d lean = Eigen::Vector2d::Zero();  ///< rad, about x and y of the bore
     double twist = 0.0;                              ///< rad, stretch of friction's spring
     double axial = 0.0;                              ///< N, of the thread on the screw along the axis in the last step
+    double side = 0.0;                               ///< N, across the axis
     double pulled = 0.0;                             ///< s, for which it has pulled as at a seat
     std::int64_t mouth = -1;                         ///< of a free screw: the bore in whose mouth it turns; -1: none
     double begun = 0.0;                              ///< rad, to the right, that it has turned there

@@ -59,6 +59,7 @@ struct World::Impl {
   std::vector<NamedDevice> named;
   std::vector<SimDevice*> devices;  // the same
   std::vector<ContactWatch> watches;
+  std::vector<TouchingBodies> touching;  // of the last physics step
   std::optional<ContactList> contact_list;
   std::vector<std::string> lamps;         // the wires that light something, by name
   std::vector<const double*> lamp_wires;  // the same
@@ -265,11 +266,12 @@ void World::Impl::physics_step(Nanoseconds end) {
       threads.finish_step(*m, *d);
     }
   }
-  for (auto& watch : watches) watch.update(*m, *d);
+  if (!watches.empty()) list_touching(*m, *d, touching);
+  for (auto& watch : watches) watch.update(*m, *d, touching);
   if (contact_list) contact_list->update(*m, *d);
   const bool settles = rest.settle(*m, *d);
   if (settles) {
-    for (auto& watch : watches) watch.keep_resting(*m, *d, rest);
+    for (auto& watch : watches) watch.keep_resting(*m, *d, touching, rest);
     if (contact_list) contact_list->keep_resting(*m, *d, rest);
   }
   look();
@@ -549,11 +551,15 @@ Result<std::size_t> World::watch_contact(const std::string& side_a, const std::s
                       nearest_choice(side, side_names(*impl_->model)));
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
-  impl_->watches.emplace_back(std::move(sides[0]), std::move(sides[1]));
+  impl_->watches.emplace_back(sides[0], sides[1]);
+  constexpr std::size_t kPairs = 256;  // of bodies that touch; more are a rare case
+  impl_->touching.reserve(kPairs);
   return impl_->watches.size() - 1;
 }
 
 const ThreadLaw& World::threads() const { return impl_->threads; }
+
+const ContactLaw& World::contact_law() const { return *impl_->contacts; }
 
 const ContactReading& World::contact(std::size_t watch) const { return impl_->watches.at(watch).reading(); }
 

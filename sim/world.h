@@ -24,6 +24,8 @@ struct mjSpec_;
 
 namespace takt::sim {
 
+class ContactLaw;
+
 /// Adds what the description does not know (lights, floor, materials, visual options) to the specification before it
 /// is compiled.
 using SpecHook = std::function<void(mjSpec_&)>;
@@ -112,6 +114,7 @@ class World {
   [[nodiscard]] std::vector<std::string> body_names() const;
   /// Screws that were caught, seated, released.
   [[nodiscard]] const ThreadLaw& threads() const;
+  [[nodiscard]] const ContactLaw& contact_law() const;
 
   /// What pictures are drawn from: the model with all visual geometry, and a state with the positions of time(), which
   /// lamps burn, and nothing else; data() copies them. The physics runs on a model of its own without that geometry,

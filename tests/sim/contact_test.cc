@@ -177,6 +177,36 @@ TEST(ContactLaw, ASnapshotRemembersFriction) {
   EXPECT_EQ(at(world), on);
 }
 
+/// A slab of `pieces` on posts, one below each piece and the others below the middle.
+WorldDescription slab_on_posts(int pieces, int posts) {
+  constexpr double kEvery = 0.03;
+  WorldDescription world;
+  ObjectDescription slab = free_part("slab", kSlab, 1.0, 0.25 * kHalf);
+  slab.shapes.clear();
+  const double length = kEvery * posts;
+  for (int i = 0; i < pieces; ++i) {
+    ObjectGeometry piece{.shape = kinematics::Box{{length / pieces, 0.1, 0.5 * kHalf}}};
+    piece.X_OG.translation().x() = length * ((i + 0.5) / pieces - 0.5);
+    slab.shapes.push_back(piece);
+  }
+  world.objects.push_back(slab);
+  for (int i = 0; i < posts; ++i)
+    world.objects.push_back(
+        box("post" + std::to_string(i), {0.01, 0.1, 0.1}, {kEvery * (i + 0.5) - 0.5 * length, 0.0, -0.05}));
+  return world;
+}
+
+TEST(ContactLaw, TellsWhenMoreTouchesThanItRemembers) {
+  World few = make(slab_on_posts(1, 12));
+  World many = make(slab_on_posts(1, 13));
+  World pieces = make(slab_on_posts(13, 13));
+  for (World* world : {&few, &many, &pieces}) steps(*world, 10);
+  EXPECT_EQ(few.contact_law().forgotten(), 0);
+  EXPECT_EQ(few.contact_law().capacity(), 12u);
+  EXPECT_GE(many.contact_law().forgotten(), 10);
+  EXPECT_EQ(pieces.contact_law().forgotten(), 0);
+}
+
 TEST(ContactLaw, DoesNotAllocate) {
   World world = make(on_plate(kSlab, 1.0, 0.25 * kHalf));
   steps(world, 100);

@@ -7,6 +7,7 @@
 
 #include "tests/sim/cell.h"
 #include "tests/support/allocation_guard.h"
+#include "tests/support/reports.h"
 
 namespace takt::sim::test {
 namespace {
@@ -117,6 +118,20 @@ TEST(Thread, AScrewGoesInByItsPitchATurn) {
   }
 }
 
+/// The flanks rub where a force across the axis presses them: mu F d2 / 2 more than the run-down torque.
+TEST(Thread, AForceAcrossTheAxisMakesItHeavier) {
+  const ThreadSize& size = kSizes[3];
+  World world = make(screw_over_thread(size, 0.0));
+  Hand hand(world);
+  ASSERT_TRUE(hand.turn(0.3, 6.0, 2500));
+  ASSERT_GT(world.threads().turned(0), 2.0 * std::numbers::pi);
+  const double free = hand.applied(), force = 60.0;
+  world.push(world.body("screw"), {force, 0.0, 0.0});
+  ASSERT_TRUE(hand.turn(0.3, 6.0, 1000));
+  const double more = kFlankFriction * force * 0.5 * size.pitch_diameter;
+  EXPECT_NEAR(hand.applied() - free, more, 0.1 * more);
+}
+
 /// Pulled up by more than what tells a seat, far from the end of its thread.
 TEST(Thread, AScrewThatSomebodyPullsIsNotSeated) {
   World world = make(screw_over_thread(kSizes[3], 0.0));
@@ -204,6 +219,15 @@ TEST(Thread, NothingIsCaughtThatDoesNotFit) {
   WorldDescription aside = screw_over_thread(kSizes[3], 0.0);
   aside.objects[1].mount.X_P.translation() += Vector3d(0.003, 0.0, 0.002);
   EXPECT_FALSE(caught(aside, 0.001)) << "beside the mouth";
+}
+
+TEST(Thread, ABoreThatHoldsNoTurnIsReported) {
+  WorldDescription thin = screw_over_thread(kSizes[3], 0.0);
+  thin.objects[0].shapes[0].bores[0].depth = 0.0016;
+  const auto world = World::create(thin);
+  ASSERT_FALSE(world);
+  EXPECT_THAT(world.error(),
+              takt::test::Reports(Code::kOutOfRange, "/objects/block/bores/0", {"M6", "0.001", "0.0009502"}));
 }
 
 /// A hand that shakes turns it to and fro by 1.5 degrees.
