@@ -11,10 +11,11 @@ namespace {
 using Eigen::Vector3d;
 using world::SurfacePoint;
 
-constexpr int kScan = 48;         // points of a circle that are looked at first
-constexpr int kSpread = 8;        // points of a circle that may touch at once, evenly about the deepest
-constexpr int kEdgeScan = 8;      // pieces of an edge
-constexpr int kCoarse = 12;       // of them, at first
+constexpr int kScan = 48;       // points of a circle that are looked at first
+constexpr int kSpread = 8;      // points of a circle that may touch at once, evenly about the deepest
+constexpr int kFlatSpread = 4;  // on a plane face, where springs at three or more even points bear like a whole circle
+constexpr int kEdgeScan = 8;    // pieces of an edge
+constexpr int kCoarse = 12;     // of them, at first
 constexpr int kRefinements = 14;  // of a deepest point; the error falls as a square, to
 constexpr double kConverged = 1e-13;
 constexpr double kNear = 0.35;       // rad: nearer than this to a deepest point is the same contact
@@ -187,6 +188,7 @@ void Touches::circle(const Side& side, const Pose& X_SC, double radius, int feat
   if (side.beyond(std::hypot(up, off - radius))) return;
   const NearSurface near(side.near, ring);
   if (near.free()) return;
+  if (const auto normal = near.plane_below(ring)) return flat_circle(side, near, ring, *normal, feature);
 
   std::array<double, kScan> distance;
   const auto scan = [&](int i) {
@@ -238,6 +240,22 @@ void Touches::circle(const Side& side, const Pose& X_SC, double radius, int feat
     emit(side, p, surface, 2 * feature + (half ? 1 : 0));
   }
   weigh(first);
+}
+
+/// On a plane face the deepest point is where the circle leans to.
+void Touches::flat_circle(const Side& side, const NearSurface& near, const EdgeCircle& ring, const Vector3d& normal,
+                          int feature) {
+  Eigen::Vector2d deepest(-normal.dot(ring.u), -normal.dot(ring.v));
+  deepest = deepest.norm() > kProminent ? Eigen::Vector2d(deepest.normalized()) : direction_of(0);
+  for (int i = 0; i < kFlatSpread; ++i) {
+    const Vector3d p = ring.at(turned(deepest, direction_of(i * kScan / kFlatSpread)));
+    const SurfacePoint surface = near.nearest(p);
+    if (surface.distance >= 0.0) {
+      if (i == 0) return;
+      continue;
+    }
+    emit(side, p, surface, 2 * feature);
+  }
 }
 
 /// The deepest point between the ends; the ends are corners.

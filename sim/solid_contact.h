@@ -35,6 +35,8 @@ class Touches {
   void features(const Side& side);
   void rims(const Side& side, int& feature);
   void circle(const Side& side, const Pose& X_SC, double radius, int feature);
+  void flat_circle(const Side& side, const NearSurface& near, const EdgeCircle& ring, const Eigen::Vector3d& normal,
+                   int feature);
   void segment(const Side& side, const Eigen::Vector3d& from, const Eigen::Vector3d& to, int feature);
   void corner(const Side& side, const Eigen::Vector3d& p, int feature);
   void ball(const Side& side, const Eigen::Vector3d& centre, double radius, int feature);

@@ -12,6 +12,7 @@ using world::Revolved;
 using world::SurfacePoint;
 
 constexpr double kFarAway = std::numeric_limits<double>::infinity();
+constexpr double kParallel = 1.0 - 1e-12;  // cosine between the normals of two faces
 
 SurfacePoint nearest_of_box(const Vector3d& p, const Vector3d& half) {
   const Vector3d over = p.cwiseAbs() - half;
@@ -73,6 +74,18 @@ struct BallRegion {
   }
   [[nodiscard]] Disc about_axis() const { return {{centre.head<2>().norm(), centre.z()}, radius}; }
 };
+
+/// The face of a box that all of a circle is above or below, unless an edge of the box is near.
+std::optional<Vector3d> face_below(const EdgeCircle& ring, const Vector3d& half) {
+  const Vector3d over = ring.centre.cwiseAbs() - half;
+  const Vector3d extent = (ring.u.cwiseAbs2() + ring.v.cwiseAbs2()).cwiseSqrt();
+  Eigen::Index axis = 0;
+  over.maxCoeff(&axis);
+  Vector3d aside = over + extent;
+  aside[axis] = -kFarAway;
+  if (aside.maxCoeff() >= std::min(0.0, over[axis] - extent[axis])) return std::nullopt;
+  return Vector3d::Unit(axis) * (ring.centre[axis] < 0.0 ? -1.0 : 1.0);
+}
 
 struct CircleRegion {
   Vector3d centre, axis;
@@ -213,6 +226,29 @@ double NearSurface::distance(const Vector3d& p_G) const {
     most = std::max(most, distance);
   }
   return most;
+}
+
+std::optional<Vector3d> NearSurface::plane_below(const EdgeCircle& ring) const {
+  if (whole_) return std::nullopt;
+  std::optional<Vector3d> common;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Part& part = parts_[i];
+    std::optional<Vector3d> normal;
+    if (part.bore || solid_->outline) {
+      const Revolved& outline = part.bore ? part.bore->material : *solid_->outline;
+      const double along = outline.plane(part.lines);
+      const Vector3d axis = part.bore ? Vector3d(part.bore->X_GB.linear().col(2)) : Vector3d::UnitZ();
+      if (along != 0.0) normal = along * axis;
+    } else if (solid_->shape == SolidView::Shape::kPlane) {
+      normal = Vector3d::UnitZ();
+    } else if (solid_->shape == SolidView::Shape::kBox) {
+      normal = face_below(ring, solid_->size);
+    }
+    // Of parallel faces one is nearest to all points.
+    if (!normal || (common && common->dot(*normal) < kParallel)) return std::nullopt;
+    common = normal;
+  }
+  return common;
 }
 
 SurfacePoint NearSurface::nearest(const Vector3d& p_G) const {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -74,6 +75,9 @@ class NearSurface {
   [[nodiscard]] bool free() const { return least_ > 0.0; }
   [[nodiscard]] double distance(const Eigen::Vector3d& p_G) const;
   [[nodiscard]] world::SurfacePoint nearest(const Eigen::Vector3d& p_G) const;
+  /// Where a plane face is what every point of a circle, whose points are all of the region, is nearest to: its unit
+  /// normal out of the material.
+  [[nodiscard]] std::optional<Eigen::Vector3d> plane_below(const EdgeCircle& ring) const;
   [[nodiscard]] const SolidView& solid() const { return *solid_; }
 
  private:

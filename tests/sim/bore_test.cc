@@ -257,6 +257,26 @@ TEST(Bore, APlateLiesOnTheFaceAroundIt) {
   EXPECT_NEAR(world.contact(watch).force, 0.5 * kEarth, 0.005);
 }
 
+/// Two circles bear it, its own rim and the mouth, at four points each: as stiff as whole circles, whichever way it is
+/// turned, and the lean is that of two rings of springs.
+TEST(Bore, ADiscOverABoreLeansAlikeInEveryDirection) {
+  constexpr double kMouth = 0.007, kRim = 0.014, kTorque = 4e-4;
+  const double stiffness = kStiff * (kMouth * kMouth + kRim * kRim) / 4.0;
+  for (const double angle : {0.0, 0.2, 0.5, 0.785, 1.3}) {
+    WorldDescription description;
+    description.objects.push_back(block_with_bore(kMouth - 0.001, 0.001, 0.3));
+    description.objects.push_back(round_peg(0.0, 0.3, 0.02));
+    Inserted disc = inserted(description);
+    advance(disc.world, 500);
+    disc.world.push(disc.peg, Vector3d::Zero(), kTorque * Vector3d(std::cos(angle), std::sin(angle), 0.0));
+    advance(disc.world, 1000);
+    EXPECT_EQ(disc.world.contact(disc.watch).contacts, 8);
+    EXPECT_NEAR(disc.world.contact(disc.watch).force, kPegMass * kEarth, 1e-3);
+    const double lean = disc.world.body_pose(disc.peg).linear().col(2).head<2>().norm();
+    EXPECT_NEAR(lean, kTorque / stiffness, 0.02 * kTorque / stiffness) << angle;
+  }
+}
+
 TEST(Bore, ATubeSlipsOverAPin) {
   WorldDescription description;
   ObjectDescription pin = box("block", {0.2, 0.2, 0.02}, {0.0, 0.0, -0.01});
