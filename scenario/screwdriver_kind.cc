@@ -23,7 +23,7 @@ using device::ScrewdriverDescription;
 constexpr double kKeyPlay = 0.96;  // of a key in its socket
 constexpr const char* kTurnOutputs[] = {"turn", "reverse"};
 constexpr const char* kSetOutputs[] = {"speed", "torque_limit"};
-constexpr const char* kStateInputs[] = {"clutch", "turning"};
+constexpr const char* kStateInputs[] = {"clutch", "turning", "screw"};
 constexpr const char* kDriverReadings[] = {"torque", "peak_torque", "angle", "measured_speed"};
 
 /// What the scenario says of one screwdriver: the size of its bit.
@@ -151,6 +151,7 @@ class ScrewdriverKind final : public DeviceKind {
     };
     built.cell.digital_inputs[name + "/clutch"] = add(bool{}, "clutch", "", machine.clutch);
     built.cell.digital_inputs[name + "/turning"] = add(bool{}, "turning", "", machine.turning);
+    built.cell.digital_inputs[name + "/screw"] = add(bool{}, "screw", "", machine.screw_present);
     built.cell.analog_inputs[name + "/torque"] = add(double{}, "torque", "Nm", machine.torque);
     built.cell.analog_inputs[name + "/peak_torque"] = add(double{}, "peak_torque", "Nm", machine.peak_torque);
     built.cell.analog_inputs[name + "/angle"] = add(double{}, "angle", "rad", machine.angle);

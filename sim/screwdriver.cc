@@ -21,6 +21,7 @@ constexpr double kClutchSpeed = 0.2;     // rad/s: slower than this is stalled
 constexpr double kAtLimit = 0.999;       // of the torque of the clutch
 constexpr double kTurning = 0.05;        // rad/s
 constexpr double kMagnetGap = 0.0005;    // m at which the magnet pulls with a quarter of its force, chosen
+constexpr double kSensedGap = 0.0002;    // m: so near a screw is at the bit
 constexpr double kSnapSpeed = 0.1;  // m/s: no faster does a screw snap to the bit; chosen, less than the film shows
 
 Pose body_at(const mjData& data, int body) {
@@ -154,6 +155,7 @@ void SimScrewdriver::measure(const mjData& data, Nanoseconds now) {
   const double noise = figures_.torque_noise > 0.0 ? figures_.torque_noise * noise_.normal() : 0.0;
   clutch.take(let_go_ ? 1.0 : 0.0, now);
   turning.take(std::abs(rate) > kTurning ? 1.0 : 0.0, now);
+  screw_present.take(pulled_ >= 0 && gap_ < kSensedGap ? 1.0 : 0.0, now);
   torque.take(to_resolution(transmitted_ + noise, figures_.torque_resolution), now);
   peak_torque.take(to_resolution(peak_, figures_.torque_resolution), now);
   angle.take(to_resolution(position_ - begin_, figures_.angle_resolution), now);
@@ -162,7 +164,7 @@ void SimScrewdriver::measure(const mjData& data, Nanoseconds now) {
 
 void SimScrewdriver::stream(StateStream& state) {
   for (SimOutput* output : {&turn, &reverse, &speed, &torque_limit}) output->stream(state);
-  for (SimGauge* gauge : {&clutch, &turning, &torque, &peak_torque, &angle, &measured_speed})
+  for (SimGauge* gauge : {&clutch, &turning, &screw_present, &torque, &peak_torque, &angle, &measured_speed})
     gauge->stream_reading(state);
   for (double* value : {&reference_, &integral_, &applied_, &rate_before_, &transmitted_, &peak_, &begin_, &stalled_,
                         &position_, &gap_})

@@ -27,10 +27,11 @@ class SimScrewdriver final : public SimDevice {
                                                                const std::string& robot,
                                                                const device::ScrewdriverDescription& driver);
 
-  // What the core writes and reads. Digital: turn, reverse; clutch (it has let go), turning. Analog: speed, rad/s, and
-  // torque_limit, Nm; torque on the bit and its largest since the start, Nm, angle since the start, rad, and speed.
+  // What the core writes and reads. Digital: turn, reverse; clutch (it has let go), turning, screw (one is at the bit).
+  // Analog: speed, rad/s, and torque_limit, Nm; torque on the bit and its largest since the start, Nm, angle since the
+  // start, rad, and speed.
   SimOutput turn, reverse, speed, torque_limit;
-  SimGauge clutch, turning, torque, peak_torque, angle, measured_speed;
+  SimGauge clutch, turning, screw_present, torque, peak_torque, angle, measured_speed;
 
   void start(const mjData_& data) override;
   void actuate(mjData_& data, const Substep& step) override;

@@ -183,6 +183,19 @@ TEST(Screwdriver, TightensEachSizeToItsClutchAndByItsPitch) {
   }
 }
 
+/// The sensor in the mouth of the holder: a screw at the bit, held or not; none once somebody has pulled it off.
+TEST(Screwdriver, TellsWhetherAScrewIsAtTheBit) {
+  const DrivenSize& size = kDriven[3];
+  DrivenScrew screw(size);
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(screw.world.step());
+  EXPECT_EQ(*screw.driver.screw_present.wire(), 1.0);
+  WorldDescription alone = driver_over_thread(size, straight(size));
+  alone.objects[1].mount.X_P.translation().x() += 0.05;
+  DrivenScrew none(size, alone);
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(none.world.step());
+  EXPECT_EQ(*none.driver.screw_present.wire(), 0.0);
+}
+
 double crossing_lean_of(const DrivenSize& size) { return std::atan(0.5 * size.pitch / size.major); }
 
 Eigen::AngleAxisd lean_towards(double direction, double angle) {
