@@ -89,8 +89,11 @@ class ShortestStop {
         acceleration.keep(first, second * now.v * now.v, a);
         jerk.keep(first, 3.0 * second * now.v * now.b + third * now.v * now.v * now.v, j);
       });
-      double b = now.b + kStep * (now.t < landing ? jerk.low : jerk.high);
-      if (now.t < landing) b = std::max(b, std::min(now.b, acceleration.low));
+      // The landing may begin within a step: by whole steps it would end with a speed left, and so too soon.
+      const double before = std::clamp(landing - now.t, 0.0, kStep);
+      double b = now.b;
+      if (before > 0.0) b = std::max(b + before * jerk.low, std::min(b, acceleration.low));
+      b += (kStep - before) * jerk.high;
       now.s += kStep * (now.v + kStep / 6.0 * (2.0 * now.b + b));
       now.v += kStep / 2.0 * (now.b + b);
       now.b = b;
