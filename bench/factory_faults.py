@@ -41,7 +41,7 @@ FAULTS = [
     ("a top is missing", ["/objects/top #/copies/step_m=[-0.12,0,0]"], "failed", "workpiece 2 is skipped: no top", []),
     ("a bottom is missing", ["/objects/bottom #/copies/step_m=[0.14,0,0]"], "failed", "workpiece 2 is skipped: no bottom", []),
     # It is thrown out of the magazine, since a program that finds none in the belief is refused.
-    ("a screw is missing", ['/faults=[{"do":"push","at_s":2,"body":"screw 2","force_N":[0.03,0,0.11],"seconds":0.1}]'], "failed",
+    ("a screw is missing", ['/faults=[{"do":"push","at_s":2,"body":"screw 2","force_N":[0.04,0,0.11],"seconds":0.1}]'], "failed",
      "workpiece 2 goes back unfinished: no screw", []),
     ("a top without its hole", ["/objects/top #/parts/0/bores=[]"], "failed", "workpiece 1 goes back unfinished", []),
     ("a thread that is too small", ["/objects/bottom #/parts/1/bores/0/thread=M5"], "failed", "workpiece 1 goes back unfinished", []),
