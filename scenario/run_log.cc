@@ -29,6 +29,7 @@ constexpr LevelRow kLevels[] = {
     {"operator", "cancel", LogLevel::kWarning},
     {"operator", "abort", LogLevel::kWarning},
     {"contact", "unexpected", LogLevel::kError},
+    {"contact", "forgotten", LogLevel::kWarning},
     {kExpectationSource, "held", LogLevel::kDebug},
     {kExpectationSource, "not held", LogLevel::kWarning},
     {"fault", "", LogLevel::kWarning},

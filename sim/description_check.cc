@@ -203,7 +203,7 @@ class Checker {
       const double pitch = screw->screw->thread.pitch;
       if (threaded <= 0.0 || threaded >= pitch) continue;  // without a wall it has been reported
       error(Code::kOutOfRange, at + "/bores" + pointer_segment(i),
-            fmt::format("{:.4g} m of thread between its chamfers", threaded),
+            fmt::format("a thread of {:.4g} m without its chamfer", threaded),
             fmt::format("a turn of '{}' at least, {} m", part.bores[i].thread, pitch));
     }
   }

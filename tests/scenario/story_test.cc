@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -182,6 +183,27 @@ TEST(Story, TheLogChangesNoBit) {
   RunOptions options;
   options.tell = [](const LogEntry&) {};
   EXPECT_EQ(run(text).digest, run(text, options).digest);
+}
+
+/// More shapes touch than friction is remembered of: said once, with how many.
+TEST(Story, TellsOnceThatContactsAreForgotten) {
+  std::string posts;
+  for (int i = 0; i < 14; ++i) {
+    posts += fmt::format(R"({}{{"shape": "box", "size_m": [0.01, 0.1, 0.1], "position_m": [{}, 0, 0.05]}})",
+                         i > 0 ? ", " : "", 0.03 * i - 0.195);
+  }
+  const auto report = run(R"({"devices": {"arm": {"model": "lwr4plus"}},
+    "objects": {
+      "posts": {"parts": [)" +
+                          posts + R"(], "at": {"position_m": [0, 0.8, 0]}},
+      "slab": {"shape": "box", "size_m": [0.5, 0.1, 0.01], "fixed": false, "mass_kg": 1,
+        "at": {"position_m": [0, 0.8, 0.105]}}},
+    "program": {"do": "wait", "seconds": 0.05}})");
+  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+  const auto told = entries(report, "contact", "forgotten");
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].level, LogLevel::kWarning);
+  EXPECT_THAT(told[0].text, testing::HasSubstr("12 pairs"));
 }
 
 }  // namespace

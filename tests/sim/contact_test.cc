@@ -177,7 +177,7 @@ TEST(ContactLaw, ASnapshotRemembersFriction) {
   EXPECT_EQ(at(world), on);
 }
 
-/// A slab of `pieces` on posts, one below each piece and the others below the middle.
+/// A slab of `pieces`, end to end, on a row of posts.
 WorldDescription slab_on_posts(int pieces, int posts) {
   constexpr double kEvery = 0.03;
   WorldDescription world;

@@ -183,7 +183,7 @@ TEST(Screwdriver, TightensEachSizeToItsClutchAndByItsPitch) {
   }
 }
 
-/// The sensor in the mouth of the holder: a screw at the bit, held or not; none once somebody has pulled it off.
+/// The sensor in the mouth of the holder: a screw at the bit, held or not; none while the bit is in no socket.
 TEST(Screwdriver, TellsWhetherAScrewIsAtTheBit) {
   const DrivenSize& size = kDriven[3];
   DrivenScrew screw(size);
