@@ -1,6 +1,8 @@
 // What presses one way, of touches that push against each other.
 #include "sim/contact_watch.h"
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
