@@ -305,7 +305,7 @@ class Cell::Impl {
   }
 
   bool quiet_;
-  Setup setup_;
+  CellSetup setup_;
   device::ModelLibrary models_;
   CooperatingArms groups_;
   scenario::Description description_;
