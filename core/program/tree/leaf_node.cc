@@ -262,6 +262,17 @@ class LeafRun final : public NodeRun {
 
 std::unique_ptr<NodeRun> LeafNode::begin(Scope& scope) const { return std::make_unique<LeafRun>(*this, scope); }
 
+namespace {
+
+/// A collision is found on the way to an end that is known all the same.
+bool fails_before_its_end(const Diagnostics& diagnostics) {
+  return std::ranges::any_of(diagnostics.list(), [](const Diagnostic& one) {
+    return one.severity == Severity::kError && one.code != Code::kCollision;
+  });
+}
+
+}  // namespace
+
 void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const {
   if (!spend_rehearsal(rehearsal, *this, diagnostics)) return;
   const auto planned = [&](const std::string& arm) { return rehearsal.q[arm]; };
@@ -287,7 +298,11 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
     command::expect_tool_settings(rehearsal.cell);
     rehearsal.step = instance.name;
     const auto before = rehearsal.q;
-    instance.step->rehearse(rehearsal, instance.pointer, diagnostics);
+    Diagnostics found;
+    instance.step->rehearse(rehearsal, instance.pointer, found);
+    if (fails_before_its_end(found))
+      for (const ArmTool& used : tools) rehearsal.lost.insert(used.arm);
+    diagnostics.append(found);
     if (!is_motion) lose_time(rehearsal);
     see_flanges(rehearsal.cell, planned);
     check_told_masses(before, rehearsal, diagnostics);
