@@ -10,7 +10,7 @@
 #include "core/base/object_reader.h"
 #include "core/device/composed_device.h"
 #include "core/device/material.h"
-#include "core/device/plant_file.h"
+#include "core/device/plant_of_model.h"
 #include "core/device/tool_changer.h"
 #include "core/expression/moving_frames.h"
 #include "core/expression/tool_settings.h"

@@ -93,7 +93,7 @@ class LeafRun final : public NodeRun {
     if (!begun_) {
       if (cancelled_) return Outcome::kDone;
       const bool looks = node_.looks(execution.context.cell);
-      if (const Outcome ready = looks ? execution.settle(diagnostics) : Outcome::kDone; ready != Outcome::kDone)
+      if (const Outcome ready = looks ? settle(execution, diagnostics) : Outcome::kDone; ready != Outcome::kDone)
         return ready;
       if (!execution.may_begin(node_)) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
@@ -138,7 +138,7 @@ class LeafRun final : public NodeRun {
       const bool other_tool = changes_tool(cell, step.arm_tools());
       const bool goes_on =
           step.moved_arm() == execution.strand->open_arm() && !other_tool && step.may_go_on(execution.context.cell);
-      if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(diagnostics); ready != Outcome::kDone)
+      if (const Outcome ready = goes_on ? Outcome::kDone : settle(execution, diagnostics); ready != Outcome::kDone)
         return ready;
       if (!goes_on && is_waiting_for_tool(step, cell)) return Outcome::kRunning;
       // What it would go on with may have failed, or ended, meanwhile.

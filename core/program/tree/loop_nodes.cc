@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/program/tree/question.h"
+#include "core/program/tree/strand.h"
 
 namespace takt::activity {
 namespace {
@@ -148,7 +149,7 @@ class RepeatRun final : public NodeRun {
     if (cancelled_) return Outcome::kDone;
     if (node_.kind == RepeatNode::Kind::kTimes) {
       if (!total_) {
-        const Outcome ready = execution.settle_for(node_.times, diagnostics);
+        const Outcome ready = settle_for(execution, node_.times, diagnostics);
         if (ready != Outcome::kDone) return ready;
         if (!find_total(execution, diagnostics)) return Outcome::kFailed;
       }
@@ -302,7 +303,7 @@ class ForEachRun final : public NodeRun {
 
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!values_) {
-      const Outcome ready = execution.settle_for(node_.elements(), diagnostics);
+      const Outcome ready = settle_for(execution, node_.elements(), diagnostics);
       if (ready != Outcome::kDone) return ready;
       if (!find_values(execution, diagnostics)) return Outcome::kFailed;
     }
