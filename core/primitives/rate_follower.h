@@ -114,9 +114,10 @@ class RateFollower {
   [[nodiscard]] double share(const JointVector& dq, const Jacobians& J) const {
     return std::max(tool_.share(J.now * dq), tool_.share(J.ahead * dq));
   }
-  /// All by one factor.
+  /// All by one factor, so that neither the tool nor a joint is too fast.
   [[nodiscard]] JointVector bounded(const JointVector& dq, const Jacobians& J) const {
-    return dq / std::max(1.0, share(dq, J));
+    const double of_joints = (dq.array().abs() / limits_.velocity.array()).maxCoeff();
+    return dq / std::max({1.0, share(dq, J), of_joints});
   }
   /// The rates once all joints have lost their accelerations together.
   [[nodiscard]] JointVector calmed(const State& state) const {
