@@ -1,6 +1,7 @@
 #include "core/command/awaited_starts.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string_view>
 #include <vector>
 
@@ -11,14 +12,16 @@ using Kind = Effect::Kind;
 
 bool is_gate(const Expression& node, std::string_view type) { return !node.subject && node.primitive.type == type; }
 
-/// A part of the formula ends with command `i`, so that the formula changes then.
+/// Adds the commands with which a part of the formula ends, so that the formula changes then.
 /// @param falling  the change from true to false counts
-bool falls_with(const CommandTree& tree, const ExpressionPtr& state, int i, bool falling) {
-  if (state->subject) return falling && !is_lasting(*state) && tree.find(state->subject) == i;
+void add_falling(const CommandTree& tree, const ExpressionPtr& state, bool falling, std::vector<int>& commands) {
+  if (state->subject) {
+    const int of = tree.find(state->subject);
+    if (falling && of >= 0 && !is_lasting(*state)) commands.push_back(of);
+    return;
+  }
   const bool inverts = is_gate(*state, "Not");
-  return std::ranges::any_of(state->inputs, [&](const auto& input) {
-    return falls_with(tree, input.second, i, inverts ? !falling : falling);
-  });
+  for (const auto& [port, input] : state->inputs) add_falling(tree, input, inverts ? !falling : falling, commands);
 }
 
 }  // namespace
@@ -27,9 +30,9 @@ Signal AwaitedStarts::awaited(int i) {
   if (const auto known = awaited_.find(i); known != awaited_.end()) return known->second;
   if (!open_.insert(i).second) return Signal::always(false);
   std::vector<Signal> ways;
-  for (const auto& handler : tree_.handlers()) {
-    if (handler.handler->effect.kind == Kind::kStart && tree_.find(handler.handler->effect.target) == i)
-      ways.push_back(writer_.both("may_start", may_happen(handler), writer_.opposite(life_.called_off(handler))));
+  for (const int h : tree_.acting_on(Kind::kStart, i)) {
+    const CommandTree::Handler& handler = tree_.handler(h);
+    ways.push_back(writer_.both("may_start", may_happen(handler), writer_.opposite(life_.called_off(handler))));
   }
   const Signal any = writer_.any("may_start", ways);
   open_.erase(i);
@@ -116,13 +119,18 @@ Signal AwaitedStarts::speaker_alive(const SubjectPtr& subject, int transaction) 
   return any;
 }
 
-bool AwaitedStarts::end_is_heard(const CommandTree& tree, int i) {
-  return std::ranges::any_of(tree.handlers(), [&](const CommandTree::Handler& h) {
+std::set<int> AwaitedStarts::heard_ends(const CommandTree& tree) {
+  std::set<int> heard;
+  for (const CommandTree::Handler& h : tree.handlers()) {
     const Effect::Kind kind = h.handler->effect.kind;
     const bool acts_then = kind == Kind::kExternal || kind == Kind::kRaise || kind == Kind::kStart;
-    return acts_then && h.handler->trigger.delay <= 0.0 && tree.is_inside(i, h.owner) &&
-           falls_with(tree, h.handler->state.node(), i, !h.handler->entered);
-  });
+    if (!acts_then || h.handler->trigger.delay > 0.0) continue;
+    std::vector<int> falling;
+    add_falling(tree, h.handler->state.node(), !h.handler->entered, falling);
+    std::ranges::copy_if(falling, std::inserter(heard, heard.end()),
+                         [&](int i) { return tree.is_inside(i, h.owner) && (i > 0 || kind == Kind::kExternal); });
+  }
+  return heard;
 }
 
 }  // namespace takt::command

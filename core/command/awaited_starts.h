@@ -27,9 +27,9 @@ class AwaitedStarts {
   /// Command `i` has not started, and one of its handlers may still start it.
   [[nodiscard]] Signal awaited(int i);
 
-  /// The end of command `i` is an event itself: a handler of a command around it reacts when one of its states that end
-  /// with it is left. So the transaction around has to last one cycle longer.
-  [[nodiscard]] static bool end_is_heard(const CommandTree& tree, int i);
+  /// The commands whose end is an event itself: a handler of one around it reacts when one of its states that end with
+  /// it is left. So what is around has to last one cycle longer.
+  [[nodiscard]] static std::set<int> heard_ends(const CommandTree& tree);
 
  private:
   [[nodiscard]] Signal may_happen(const CommandTree::Handler& h);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -67,12 +69,9 @@ class Checker {
     if (node(i).name.empty())
       diagnostics_.error(Code::kMissing, path(i), "a command without a name", "a name of its own");
     const int parent = tree_.at(i).parent;
-    if (parent < 0) return;
-    for (const int other : tree_.at(parent).children) {
-      if (other >= i || node(other).name != node(i).name) continue;
-      diagnostics_.error(Code::kDuplicate, path(i),
-                         fmt::format("'{}' has two commands of this name", node(parent).name), "each name once");
-    }
+    if (parent < 0 || names_.emplace(parent, node(i).name).second) return;
+    diagnostics_.error(Code::kDuplicate, path(i), fmt::format("'{}' has two commands of this name", node(parent).name),
+                       "each name once");
   }
 
   void check_observation(int i, const Observation& observation) {
@@ -150,42 +149,49 @@ class Checker {
                    "add_started(), or a handler that starts something by what is not inside of it");
     }
     for (const int child : tree_.at(i).children) {
-      if (!tree_.at(child).with_parent && !is_started_by_handler(child))
+      if (!tree_.at(child).with_parent && tree_.acting_on(Kind::kStart, child).empty())
         error(Code::kNeverFires, path(child), "C9", fmt::format("nothing ever starts '{}'", node(child).name),
               "add_started(), or a handler that starts it");
     }
   }
 
-  bool is_started_by_handler(int i) const {
-    return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
-      return h.handler->effect.kind == Kind::kStart && tree_.find(h.handler->effect.target) == i;
-    });
-  }
-
-  /// The commands directly inside that can come to run.
+  /// The commands directly inside that can come to run: those that start with it, and those whose event does not wait
+  /// for a command inside that cannot run.
   std::set<int> startable(int transaction) const {
     std::set<int> can;
+    std::vector<int> open;
+    const auto add = [&](int child) {
+      if (can.insert(child).second) open.push_back(child);
+    };
+    std::map<int, std::vector<int>> waiting;  // handlers by what they wait for
+    std::map<int, std::size_t> missing;       // by handler
     for (const int child : tree_.at(transaction).children) {
-      if (tree_.at(child).with_parent) can.insert(child);
-    }
-    for (bool grew = true; grew;) {
-      grew = false;
-      for (const auto& h : tree_.handlers()) {
-        const int target = h.handler->effect.kind == Kind::kStart ? tree_.find(h.handler->effect.target) : -1;
-        if (target < 0 || tree_.at(target).parent != transaction || can.contains(target)) continue;
-        if (can_happen(h, transaction, can)) grew = can.insert(target).second;
+      if (tree_.at(child).with_parent) add(child);
+      for (const int h : tree_.acting_on(Kind::kStart, child)) {
+        const std::set<int> needs = needed_by(h, transaction);
+        missing[h] = needs.size();
+        for (const int need : needs) waiting[need].push_back(h);
+        if (needs.empty()) add(child);
       }
+    }
+    while (!open.empty()) {
+      const int child = open.back();
+      open.pop_back();
+      for (const int h : waiting[child])
+        if (--missing[h] == 0) add(tree_.find(tree_.handler(h).handler->effect.target));
     }
     return can;
   }
 
-  /// The event does not wait for a command inside that cannot run.
-  bool can_happen(const CommandTree::Handler& h, int transaction, const std::set<int>& can) const {
-    return std::ranges::all_of(subjects_of(h.handler->state.node()), [&](const SubjectPtr& subject) {
+  /// The commands directly inside that the handler speaks of.
+  std::set<int> needed_by(int h, int transaction) const {
+    std::set<int> needs;
+    for (const SubjectPtr& subject : subjects_of(tree_.handler(h).handler->state.node())) {
       int of = tree_.find(subject);
       while (of >= 0 && tree_.at(of).parent != transaction) of = tree_.at(of).parent;
-      return of < 0 || can.contains(of);
-    });
+      if (of >= 0) needs.insert(of);
+    }
+    return needs;
   }
 
   // -- Handlers ------------------------------------------------------------------------------------------------------
@@ -217,14 +223,15 @@ class Checker {
   }
 
   void check_rivals() {
+    std::vector<int> first;
     for (int i = 0; i < tree_.size(); ++i) {
-      for (int other = 0; other < i; ++other) check_rivals(other, i);
+      if (!node(i).is_runtime() || !in_first_cycle(i)) continue;
+      for (const int other : first) check_rivals(other, i);
+      first.push_back(i);
     }
   }
 
   void check_rivals(int first, int second) {
-    if (!node(first).is_runtime() || !node(second).is_runtime()) return;
-    if (!in_first_cycle(first) || !in_first_cycle(second)) return;
     for (const std::string& device : node(first).actuator->model().devices()) {
       const auto devices = node(second).actuator->model().devices();
       if (std::ranges::find(devices, device) == devices.end()) continue;
@@ -240,6 +247,7 @@ class Checker {
   FormulaCheck formulas_{tree_, diagnostics_};
   EffectCheck effects_{tree_, diagnostics_};
   std::set<std::string> observed_;
+  std::set<std::pair<int, std::string>> names_;  ///< by transaction
 };
 
 }  // namespace

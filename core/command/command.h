@@ -68,7 +68,9 @@ struct EventHandler {
 /// What CANCEL does to a transaction (rule C4).
 struct CancelPolicy {
   enum class Kind : std::uint8_t {
-    kForward,    ///< to all that run; nothing else starts any more but by handlers on the transaction's `cancelled`
+    /// To all that run. Nothing starts any more but what handlers on the transaction's `cancelled` start, and what that
+    /// leads to: clean-up, which the cancel does not concern.
+    kForward,
     kForwardTo,  ///< to these; the others go on, and may start
     kIgnore      ///< nothing happens but what handlers on the transaction's `cancelled` do
   };
@@ -120,7 +122,7 @@ class Command {
   [[nodiscard]] const std::shared_ptr<CommandNode>& node() const { return node_; }
 
   // States. "Completed": it ended in order, by itself or after a cancel; a wait only if its condition held.
-  // "Cancelled": from the cycle of the request on.
+  // "Cancelled": from the cycle of the request on. "Stopped": a stop has ended it; what moves an arm rests by then.
   [[nodiscard]] State started() const { return state("started"); }
   [[nodiscard]] State active() const { return state("active"); }
   [[nodiscard]] State completed() const { return state("completed"); }

@@ -12,8 +12,8 @@ CommandFragments::CommandFragments(MappingContext& context, CommandSignals& comm
 CommandFragments::Entry& CommandFragments::written(int i) {
   Entry& entry = entries_[static_cast<std::size_t>(i)];
   if (entry.fragment) return entry;
-  const Signal cancel = commands_.cancel(i);
-  entry.fragment.emplace(context_.writer, context_.id(i), cancel);
+  const Signal brake = commands_.brake(i);
+  entry.fragment.emplace(context_.writer, context_.id(i), brake);
   const CommandNode& node = context_.node(i);
   const ActuatorModel& actuator = node.actuator->model();
   entry.contribution = node.model().add_to(*entry.fragment, actuator);

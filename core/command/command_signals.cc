@@ -25,57 +25,109 @@ CommandSignals::CommandSignals(MappingContext& context, CommandFragments& fragme
                 .called_off = [this](const CommandTree::Handler& h) { return handlers_.called_off(h); },
                 .held = [this](const CommandTree::Handler& h) { return handlers_.held(h); }}),
       ranks_(context.tree.ranks()),
-      ports_(static_cast<std::size_t>(context.tree.size())) {}
+      heard_ends_(AwaitedStarts::heard_ends(context.tree)),
+      ports_(static_cast<std::size_t>(context.tree.size())) {
+  std::vector<int> order(ranks_.size());
+  for (std::size_t i = 0; i < ranks_.size(); ++i) order[static_cast<std::size_t>(ranks_[i])] = static_cast<int>(i);
+  for (const int i : order) {
+    if (!node(i).is_runtime()) continue;
+    for (const std::string& device : node(i).actuator->model().devices()) turns_[device].commands.push_back(i);
+  }
+}
 
 // -- Start and end ----------------------------------------------------------------------------------------------------
 
 Signal CommandSignals::started(int i) {
   if (at(i).started) return *at(i).started;
-  Signal signal = Signal::always(parent(i) < 0);
-  if (parent(i) >= 0 && context_.tree.at(i).with_parent) signal = started(parent(i));
-  if (context_.has_event(Kind::kStart, i)) {
-    const Signal latch = context_.latches.add(context_.id(i, "started"), Kind::kStart, node(i).subject.get(), false);
-    signal = writer_.either(context_.id(i, "begun"), signal, latch);
-  }
+  const Signal signal = writer_.either(context_.id(i, "started_at_all"), begun(i), cleans_up(i));
   return *(at(i).started = signal);
 }
 
+Signal CommandSignals::begun(int i) {
+  if (at(i).begun) return *at(i).begun;
+  Signal signal = Signal::always(parent(i) < 0);
+  if (parent(i) >= 0 && context_.tree.at(i).with_parent) signal = started(parent(i));
+  if (context_.has_event(Kind::kStart, i)) {
+    const Signal latch =
+        context_.latches.add(context_.id(i, "started"), LatchKind::kStart, node(i).subject.get(), false);
+    signal = writer_.either(context_.id(i, "begun"), signal, latch);
+  }
+  return *(at(i).begun = signal);
+}
+
+Signal CommandSignals::cleans_up(int i) {
+  if (at(i).cleans_up) return *at(i).cleans_up;
+  if (!context_.scope.may_clean_up(i)) return *(at(i).cleans_up = Signal::always(false));
+  return *(at(i).cleans_up =
+               context_.latches.add(context_.id(i, "cleans_up"), LatchKind::kCleanUp, node(i).subject.get(), false));
+}
+
 Signal CommandSignals::running(int i) {
-  if (parent(i) < 0) return Signal::always(true);
+  if (parent(i) < 0 && !heard_ends_.contains(i)) return Signal::always(true);
   return writer_.both(context_.id(i, "running"), started(i), writer_.opposite(ended(i).one_cycle_ago()));
 }
 
 Signal CommandSignals::wants(int i) {
+  if (moves(i)) return running(i);
   return writer_.both(context_.id(i, "wants"), running(i), writer_.opposite(stop(i)));
 }
 
 Signal CommandSignals::active(int i) {
   if (at(i).active) return *at(i).active;
-  std::vector<Signal> others;
-  for (const int other : rivals_before(i)) others.push_back(active(other));
+  std::vector<Signal> taken;
+  if (node(i).is_runtime()) {
+    for (const std::string& device : node(i).actuator->model().devices()) {
+      const Signal one = taken_before(i, turns_.at(device));
+      const auto same = [&](const Signal& other) { return other.constant == one.constant && other.port == one.port; };
+      if (std::ranges::none_of(taken, same)) taken.push_back(one);
+    }
+  }
   Signal signal = wants(i);
-  for (const Signal& other : others) signal = writer_.both(context_.id(i, "turn"), signal, writer_.opposite(other));
+  for (const Signal& one : taken) signal = writer_.both(context_.id(i, "turn"), signal, writer_.opposite(one));
   return *(at(i).active = signal);
 }
 
-std::vector<int> CommandSignals::rivals_before(int i) const {
-  std::vector<int> rivals;
-  if (!node(i).is_runtime()) return rivals;
-  const auto devices = node(i).actuator->model().devices();
-  for (int other = 0; other < context_.tree.size(); ++other) {
-    if (!node(other).is_runtime() || rank(other) >= rank(i)) continue;
-    const auto others = node(other).actuator->model().devices();
-    if (std::ranges::find_first_of(devices, others) != devices.end()) rivals.push_back(other);
+/// A command before this one has the device. One gate for each command, so that a long chain stays small.
+Signal CommandSignals::taken_before(int i, Turns& turns) {
+  const auto place = static_cast<std::size_t>(std::ranges::find(turns.commands, i, {}) - turns.commands.begin());
+  while (turns.taken.size() <= place) {
+    const std::size_t next = turns.taken.size() - 1;
+    const int before = turns.commands[next];
+    const Signal taken = writer_.either(context_.id(before, "taken"), turns.taken[next], active(before));
+    if (turns.taken.size() == next + 1) turns.taken.push_back(taken);
   }
-  return rivals;
+  return turns.taken[place];
 }
+
+std::vector<int> CommandSignals::rivals_before(int i) const {
+  std::set<int> rivals;
+  if (!node(i).is_runtime()) return {};
+  for (const std::string& device : node(i).actuator->model().devices()) {
+    for (const int other : turns_.at(device).commands) {
+      if (rank(other) >= rank(i)) break;
+      rivals.insert(other);
+    }
+  }
+  return {rivals.begin(), rivals.end()};
+}
+
+Signal CommandSignals::ends(int i, const char* what) {
+  if (!brakes_when_stopped(i)) return writer_.either(context_.id(i, what), done(i), stop(i));
+  if (moves(i)) return done(i);
+  std::vector<Signal> inside;
+  for (const int child : context_.tree.at(i).children) inside.push_back(busy(child));
+  const Signal rests = writer_.opposite(writer_.any(context_.id(i, "runs_inside"), inside));
+  return writer_.either(context_.id(i, what), done(i), writer_.both(context_.id(i, "stops_at_rest"), stop(i), rests));
+}
+
+Signal CommandSignals::over() { return heard_ends_.contains(0) ? ended(0).one_cycle_ago() : ends(0, "over"); }
 
 Signal CommandSignals::ended(int i) {
   if (at(i).ended) return *at(i).ended;
   const std::string latch = writer_.unique(context_.id(i, "ended"));
   at(i).ended = Signal::at(latch + ".value");
   writer_.add(latch, "SetResetLatch", {{"reset", false}});
-  writer_.feed(writer_.either(context_.id(i, "ends"), done(i), stop(i)), latch + ".set");
+  writer_.feed(ends(i), latch + ".set");
   return *at(i).ended;
 }
 
@@ -103,14 +155,19 @@ Signal CommandSignals::transaction_done(int i) {
   const CommandTree& tree = context_.tree;
   std::vector<Signal> busy;
   for (const int child : tree.at(i).children) {
-    const Signal over = AwaitedStarts::end_is_heard(tree, child) ? ended(child).one_cycle_ago() : ended(child);
-    busy.push_back(writer_.both(context_.id(child, "busy"), started(child), writer_.opposite(over)));
+    busy.push_back(this->busy(child));
     busy.push_back(awaited_.awaited(child));
     context_.trace(tree.at(child).path + " awaited", busy.back());
   }
   for (const auto& handler : tree.handlers())
     if (is_delayed_start_in(i, *handler.handler)) busy.push_back(handlers_.pending(handler));
   return writer_.opposite(writer_.any(context_.id(i, "busy"), busy));
+}
+
+/// It has started, and what there is to hear of its end has been heard.
+Signal CommandSignals::busy(int i) {
+  const Signal over = heard_ends_.contains(i) ? ended(i).one_cycle_ago() : ended(i);
+  return writer_.both(context_.id(i, "busy"), started(i), writer_.opposite(over));
 }
 
 bool CommandSignals::is_delayed_start_in(int transaction, const EventHandler& handler) const {
@@ -121,11 +178,32 @@ bool CommandSignals::is_delayed_start_in(int transaction, const EventHandler& ha
 
 // -- Stop and cancel --------------------------------------------------------------------------------------------------
 
+/// Arms come to rest on their paths before a stop ends what moves them; everything else is released at once.
+bool CommandSignals::moves(int i) const { return node(i).is_runtime() && !node(i).actuator->model().arms().empty(); }
+
+/// A stop may reach it, and something in it has to come to rest then.
+bool CommandSignals::brakes_when_stopped(int i) const {
+  bool may_stop = false;
+  for (int around = i; around >= 0; around = parent(around))
+    may_stop = may_stop || context_.has_event(Kind::kStop, around);
+  for (int inner = i; may_stop && inner < context_.tree.at(i).end; ++inner)
+    if (moves(inner)) return true;
+  return false;
+}
+
+Signal CommandSignals::brake(int i) {
+  return moves(i) ? writer_.either(context_.id(i, "brake"), cancel(i), stop(i)) : cancel(i);
+}
+
+Signal CommandSignals::stopped(int i) {
+  return brakes_when_stopped(i) ? writer_.both(context_.id(i, "stopped_at_rest"), stop(i), ended(i)) : stop(i);
+}
+
 Signal CommandSignals::stop(int i) {
   if (at(i).stop) return *at(i).stop;
   const Signal above = parent(i) < 0 ? Signal::always(false) : stop(parent(i));
   if (!context_.has_event(Kind::kStop, i)) return *(at(i).stop = memory(i, "stop", above));
-  const Signal latch = context_.latches.add(context_.id(i, "stop"), Kind::kStop, node(i).subject.get(), true);
+  const Signal latch = context_.latches.add(context_.id(i, "stop"), LatchKind::kStop, node(i).subject.get(), true);
   at(i).stop = latch;
   if (!above.is(false)) at(i).stop = writer_.either(context_.id(i, "stopped"), latch, memory(i, "stop_around", above));
   return *at(i).stop;
@@ -141,19 +219,33 @@ Signal CommandSignals::cancel(int i) {
   if (at(i).cancel) return *at(i).cancel;
   Signal signal = parent(i) < 0 ? Signal::at("cancel.requested") : forwarded(i);
   if (context_.has_event(Kind::kCancel, i)) {
-    const Signal latch = context_.latches.add(context_.id(i, "cancel"), Kind::kCancel, node(i).subject.get(), true);
+    const Signal latch =
+        context_.latches.add(context_.id(i, "cancel"), LatchKind::kCancel, node(i).subject.get(), true);
     signal = writer_.either(context_.id(i, "cancel_all"), signal, latch);
   }
   return *(at(i).cancel = signal);
 }
 
-/// The cancel of the transaction around it, as far as its policy forwards it.
+/// The cancel of the transaction around it, as far as its policy forwards it; clean-up runs to its end.
 Signal CommandSignals::forwarded(int i) {
-  const CancelPolicy& policy = node(parent(i)).cancel_policy;
-  const bool is_forwarded = policy.kind == CancelPolicy::Kind::kForward ||
-                            (policy.kind == CancelPolicy::Kind::kForwardTo &&
-                             std::ranges::find(policy.targets, node(i).subject) != policy.targets.end());
-  return is_forwarded ? cancel(parent(i)) : Signal::always(false);
+  if (!context_.scope.is_forwarded(i)) return Signal::always(false);
+  return writer_.both(context_.id(i, "cancel_forwarded"), cancel(parent(i)), writer_.opposite(cleans_up(i)));
+}
+
+Signal CommandSignals::goes_on() {
+  const CommandTree& tree = context_.tree;
+  std::vector<Signal> all;
+  for (int i = 1; i < tree.size(); ++i) {
+    const bool exempt = context_.scope.is_exempt(i);
+    const bool may_start = exempt || node(parent(i)).cancel_policy.kind != CancelPolicy::Kind::kForward;
+    if (exempt && !node(i).is_transaction())
+      all.push_back(writer_.both(context_.id(i, "goes_on"), active(i), writer_.opposite(cancel(i))));
+    if (!may_start) continue;
+    all.push_back(awaited_.awaited(i));
+    for (const int h : tree.acting_on(Kind::kStart, i))
+      if (tree.handler(h).handler->trigger.delay > 0.0) all.push_back(handlers_.pending(tree.handler(h)));
+  }
+  return writer_.any("goes_on", all);
 }
 
 Signal CommandSignals::cancelled(int i) {
@@ -184,7 +276,7 @@ Signal CommandSignals::timed_out(int i) {
 Signal CommandSignals::state(int i, const std::string& name) {
   if (name == "started") return started(i);
   if (name == "active") return active(i);
-  if (name == "stopped") return stop(i);
+  if (name == "stopped") return stopped(i);
   if (name == "cancelled") return cancelled(i);
   if (name == "timed_out") return timed_out(i);
   return completed(i);

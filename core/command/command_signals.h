@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,8 @@ class CommandSignals {
   CommandSignals(MappingContext& context, CommandFragments& fragments, HandlerSignals& handlers);
 
   [[nodiscard]] Signal started(int i);
+  /// Started, and not by a cancel of its transaction.
+  [[nodiscard]] Signal begun(int i);
   /// Started, and not ended in a cycle before.
   [[nodiscard]] Signal running(int i);
   /// Running, and not stopped.
@@ -30,10 +34,20 @@ class CommandSignals {
   [[nodiscard]] Signal stop(int i);
   /// The request; null counts as true.
   [[nodiscard]] Signal cancel(int i);
+  /// What brings its action to rest: a cancel, and a stop of what moves.
+  [[nodiscard]] Signal brake(int i);
   /// It was requested while the command ran.
   [[nodiscard]] Signal cancelled(int i);
   [[nodiscard]] Signal done(int i);
+  /// It is done, or a stop has ended it.
+  [[nodiscard]] Signal ends(int i, const char* what = "ends");
   [[nodiscard]] Signal ended(int i);
+  /// The tree is over: the end of the net.
+  [[nodiscard]] Signal over();
+  /// It was started by what a cancel of its transaction has led to, so that the cancel does not concern it (rule C4).
+  [[nodiscard]] Signal cleans_up(int i);
+  /// Something runs, or may still start, that a cancel of the tree does not end.
+  [[nodiscard]] Signal goes_on();
   /// By name: "started", "active", "stopped", "cancelled", "timed_out", "completed".
   [[nodiscard]] Signal state(int i, const std::string& name);
 
@@ -42,13 +56,23 @@ class CommandSignals {
 
  private:
   struct Ports {
-    std::optional<Signal> started, ended, stop, cancel, cancelled, active, done, met;
+    std::optional<Signal> started, begun, ended, stop, cancel, cancelled, active, done, met, cleans_up;
+  };
+  /// The commands on one device in their order, and as far as it is written: one of the first so many is active.
+  struct Turns {
+    std::vector<int> commands;
+    std::vector<Signal> taken{Signal::always(false)};
   };
   [[nodiscard]] Ports& at(int i) { return ports_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const CommandNode& node(int i) const { return context_.node(i); }
   [[nodiscard]] int parent(int i) const { return context_.tree.at(i).parent; }
   [[nodiscard]] int rank(int i) const { return ranks_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] bool moves(int i) const;
+  [[nodiscard]] bool brakes_when_stopped(int i) const;
 
+  [[nodiscard]] Signal taken_before(int i, Turns& turns);
+  [[nodiscard]] Signal busy(int i);
+  [[nodiscard]] Signal stopped(int i);
   [[nodiscard]] Signal memory(int i, const char* what, const Signal& request);
   [[nodiscard]] Signal forwarded(int i);
   [[nodiscard]] bool has_timeout(int i) const { return node(i).until && node(i).seconds; }
@@ -65,6 +89,8 @@ class CommandSignals {
   HandlerSignals& handlers_;
   AwaitedStarts awaited_;
   std::vector<int> ranks_;
+  std::set<int> heard_ends_;
+  std::map<std::string, Turns> turns_;  ///< by device
   std::vector<Ports> ports_;
 };
 

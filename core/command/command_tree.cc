@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <queue>
 #include <string_view>
@@ -13,6 +14,7 @@ namespace takt::command {
 CommandTree::CommandTree(const Command& root) {
   enter(*root.node(), -1, true, pointer_segment(root.name()));
   starts_.resize(entries_.size());
+  enter_effects();
   enter_starts();
 }
 
@@ -32,6 +34,18 @@ void CommandTree::enter(CommandNode& node, int parent, bool with_parent, const s
   for (std::size_t i = 0; i < node.children.size(); ++i) {
     enter(*node.children[i], own, node.started_with[i], path + pointer_segment(node.children[i]->name));
   }
+  entries_[static_cast<std::size_t>(own)].end = size();
+}
+
+void CommandTree::enter_effects() {
+  for (auto& of_commands : acting_on_) of_commands.resize(entries_.size());
+  for (std::size_t h = 0; h < handlers_.size(); ++h) {
+    const Effect& effect = handlers_[h].handler->effect;
+    const int target = find(effect.target);
+    const auto kind = static_cast<std::size_t>(effect.kind);
+    if (target >= 0 && kind < acting_on_.size())
+      acting_on_[kind][static_cast<std::size_t>(target)].push_back(static_cast<int>(h));
+  }
 }
 
 int CommandTree::find(const SubjectPtr& subject) const {
@@ -42,11 +56,6 @@ int CommandTree::find(const SubjectPtr& subject) const {
 int CommandTree::find_raised(const SubjectPtr& subject) const {
   const auto found = raised_.find(subject.get());
   return found == raised_.end() ? -1 : found->second;
-}
-
-bool CommandTree::is_inside(int inner, int outer) const {
-  while (inner >= 0 && inner != outer) inner = at(inner).parent;
-  return inner == outer;
 }
 
 bool CommandTree::implies_end(const ExpressionPtr& state, int of) const {
@@ -61,9 +70,7 @@ bool CommandTree::implies_end(const ExpressionPtr& state, int of) const {
 }
 
 void CommandTree::add_inside(int i, std::set<int>& all) const {
-  for (int other = 0; other < size(); ++other) {
-    if (is_inside(other, i)) all.insert(other);
-  }
+  for (int other = i; other < at(i).end; ++other) all.insert(all.end(), other);
 }
 
 void CommandTree::enter_starts() {
@@ -85,28 +92,38 @@ void CommandTree::enter_starts() {
 }
 
 std::vector<int> CommandTree::cycle_of_starts() const {
-  std::vector<int> state(entries_.size(), 0), way;  // 0: new, 1: being visited, 2: done
-  std::vector<int> cycle;
-  const std::function<bool(int)> visit = [&](int i) {
-    const auto place = static_cast<std::size_t>(i);
-    if (state[place] == 1) {
-      cycle.assign(std::ranges::find(way, i), way.end());
-      return true;
-    }
-    if (state[place] == 2) return false;
-    state[place] = 1;
-    way.push_back(i);
-    for (const int next : starts_[place]) {
-      if (visit(next)) return true;
-    }
-    way.pop_back();
-    state[place] = 2;
-    return false;
+  struct Step {
+    int command;
+    std::set<int>::const_iterator next;
   };
-  for (int i = 0; i < size(); ++i) {
-    if (visit(i)) break;
+  enum class Visit : std::uint8_t { kNone, kOpen, kDone };
+  std::vector<Visit> visits(entries_.size(), Visit::kNone);
+  std::vector<Step> way;
+  const auto enter = [&](int i) {
+    visits[static_cast<std::size_t>(i)] = Visit::kOpen;
+    way.push_back({i, starts_[static_cast<std::size_t>(i)].begin()});
+  };
+  for (int root = 0; root < size(); ++root) {
+    if (visits[static_cast<std::size_t>(root)] == Visit::kNone) enter(root);
+    while (!way.empty()) {
+      auto& [command, next] = way.back();
+      if (next == starts_[static_cast<std::size_t>(command)].end()) {
+        visits[static_cast<std::size_t>(command)] = Visit::kDone;
+        way.pop_back();
+        continue;
+      }
+      const int to = *next++;
+      if (visits[static_cast<std::size_t>(to)] == Visit::kNone) {
+        enter(to);
+      } else if (visits[static_cast<std::size_t>(to)] == Visit::kOpen) {
+        std::vector<int> cycle;
+        for (auto step = std::ranges::find(way, to, &Step::command); step != way.end(); ++step)
+          cycle.push_back(step->command);
+        return cycle;
+      }
+    }
   }
-  return cycle;
+  return {};
 }
 
 std::vector<int> CommandTree::ranks() const {

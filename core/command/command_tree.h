@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <set>
 #include <string>
@@ -16,6 +17,7 @@ class CommandTree {
   struct Entry {
     CommandNode* node = nullptr;
     int parent = -1;
+    int end = 0;  ///< what is inside of it has the numbers between its own and this one
     std::vector<int> children;
     bool with_parent = false;  ///< starts in the cycle in which its transaction does
     std::string path;          ///< "/screwing/insert"
@@ -34,6 +36,11 @@ class CommandTree {
   [[nodiscard]] const Entry& at(int i) const { return entries_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] int size() const { return static_cast<int>(entries_.size()); }
   [[nodiscard]] const std::vector<Handler>& handlers() const { return handlers_; }
+  [[nodiscard]] const Handler& handler(int h) const { return handlers_[static_cast<std::size_t>(h)]; }
+  /// Numbers of the handlers with this effect (start, stop or cancel) on command `i`.
+  [[nodiscard]] const std::vector<int>& acting_on(Effect::Kind kind, int i) const {
+    return acting_on_[static_cast<std::size_t>(kind)][static_cast<std::size_t>(i)];
+  }
   /// Paths at which a command is in the tree once more.
   [[nodiscard]] const std::vector<std::string>& doubles() const { return doubles_; }
 
@@ -42,7 +49,9 @@ class CommandTree {
   /// The transaction that a raised state belongs to; -1: none.
   [[nodiscard]] int find_raised(const SubjectPtr& subject) const;
   /// Whether `inner` is `outer` or inside of it.
-  [[nodiscard]] bool is_inside(int inner, int outer) const;
+  [[nodiscard]] bool is_inside(int inner, int outer) const {
+    return outer < 0 || (inner >= outer && inner < at(outer).end);
+  }
 
   /// The state holds only once command `of` has ended.
   [[nodiscard]] bool implies_end(const ExpressionPtr& state, int of) const;
@@ -57,6 +66,7 @@ class CommandTree {
 
  private:
   void enter(CommandNode& node, int parent, bool with_parent, const std::string& path);
+  void enter_effects();
   void enter_starts();
   void add_inside(int i, std::set<int>& all) const;
 
@@ -66,6 +76,7 @@ class CommandTree {
   std::set<const CommandNode*> seen_;
   std::map<const Subject*, std::vector<int>> subjects_;
   std::map<const Subject*, int> raised_;
+  std::array<std::vector<std::vector<int>>, 3> acting_on_;  ///< by effect, then by command
   std::vector<std::set<int>> starts_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -9,18 +10,21 @@
 
 namespace takt::command {
 
+/// What a latch that event handlers set is for, in the order in which their events are linked.
+enum class LatchKind : std::uint8_t { kStart, kCleanUp, kRaise, kStop, kCancel };
+
 /// The latches of a net that event handlers set: of starts, stops, cancels and raised states. A latch is added when
 /// something first reads it; its events are linked when all of them are known. Part of the mapping. Realtime: setup.
 class EventLatches {
  public:
   explicit EventLatches(NetWriter& writer) : writer_(writer) {}
 
-  /// A latch that events with this effect on the target set. @param null_sets  what an event that is null counts as
-  [[nodiscard]] Signal add(const std::string& preferred_id, Effect::Kind kind, const Subject* target, bool null_sets);
+  /// A latch that events of this kind for the target set. @param null_sets  what an event that is null counts as
+  [[nodiscard]] Signal add(const std::string& preferred_id, LatchKind kind, const Subject* target, bool null_sets);
   /// The latch of a raised state.
   Signal raised(const SubjectPtr& state);
 
-  void add_event(Effect::Kind kind, const Subject* target, const Signal& event);
+  void add_event(LatchKind kind, const Subject* target, const Signal& event);
 
   /// Links the events to their latches. What would close a cycle is delayed by one cycle (row O7); starts come first,
   /// so that an end is delayed rather than a start.
@@ -29,15 +33,15 @@ class EventLatches {
  private:
   struct Latch {
     std::string set;  ///< its input
-    Effect::Kind kind;
+    LatchKind kind;
     const Subject* target;
   };
   struct Event {
-    Effect::Kind kind;
+    LatchKind kind;
     const Subject* target;
     Signal signal;
   };
-  void link_events_of(const Latch& latch);
+  void add_feeds(const Latch& latch, const std::vector<const Event*>& events, std::vector<NetWriter::Feed>& feeds);
 
   NetWriter& writer_;
   std::vector<Latch> latches_;

@@ -19,10 +19,18 @@ class HandlerCheck {
 
   void check(const Handler& h) {
     const ExpressionPtr& state = h.handler->state.node();
-    if (!h.handler->entered && !can_change(state, false)) {
+    const bool is_told = h.handler->effect.kind == Kind::kExternal && h.handler->trigger.delay <= 0.0;
+    if (!h.handler->entered && !can_change(state, false, is_told)) {
+      if (can_change(state, false, true)) {
+        diagnostics_.error(
+            Code::kNeverFires, h.path,
+            fmt::format("C11: this state is left when all of '{}' has ended: nothing in it acts then", name(0)),
+            "Use an external effect without a delay, or put both into a transaction around them");
+        return;
+      }
       diagnostics_.error(Code::kNeverFires, h.path,
                          "C11: this state is never left: what has happened stays so until the net ends",
-                         "`active`, a state of an action, or a sensor");
+                         "Use `active` of a command, a state of an action, or a sensor");
     } else if (const int late = begins_too_late(h); late >= 0) {
       diagnostics_.error(
           Code::kNeverFires, h.path,
@@ -40,14 +48,19 @@ class HandlerCheck {
   [[nodiscard]] const std::string& name(int i) const { return tree_.at(i).node->name; }
 
   /// The state can become `value` after it was not. What lasts changes once, from false to true.
-  [[nodiscard]] bool can_change(const ExpressionPtr& state, bool value) const {
-    if (state->subject) return value || !(is_lasting(*state) || tree_.find(state->subject) == 0);
-    if (is_not(*state)) return can_change(state->inputs.front().second, !value);
+  /// @param with_the_tree  the end of the whole tree counts too
+  [[nodiscard]] bool can_change(const ExpressionPtr& state, bool value, bool with_the_tree) const {
+    if (state->subject) {
+      const bool ends_with_tree = tree_.find(state->subject) == 0;
+      return value || !(is_lasting(*state) || (ends_with_tree && !with_the_tree));
+    }
+    if (is_not(*state)) return can_change(state->inputs.front().second, !value, with_the_tree);
     if (state->type != net::ValueType::kBoolean || state->inputs.empty()) return true;
     const bool of_states = std::ranges::all_of(
         state->inputs, [](const auto& input) { return input.second->type == net::ValueType::kBoolean; });
-    return !of_states ||
-           std::ranges::any_of(state->inputs, [&](const auto& input) { return can_change(input.second, value); });
+    return !of_states || std::ranges::any_of(state->inputs, [&](const auto& input) {
+      return can_change(input.second, value, with_the_tree);
+    });
   }
 
   /// A command that the state needs and that begins only when the owner of the handler has ended; -1: none.
@@ -69,13 +82,12 @@ class HandlerCheck {
   [[nodiscard]] bool begins_after(int i, int before) const {
     for (int at = i; at > 0 && !tree_.is_inside(before, at); at = tree_.at(at).parent) {
       if (tree_.at(at).with_parent) continue;
-      bool any = false, all = true;
-      for (const Handler& h : tree_.handlers()) {
-        if (h.handler->effect.kind != Kind::kStart || tree_.find(h.handler->effect.target) != at) continue;
-        any = true;
-        all = all && h.handler->entered && tree_.implies_end(h.handler->state.node(), before);
-      }
-      if (any && all) return true;
+      const auto& starts = tree_.acting_on(Kind::kStart, at);
+      const auto waits = [&](int h) {
+        const EventHandler& handler = *tree_.handler(h).handler;
+        return handler.entered && tree_.implies_end(handler.state.node(), before);
+      };
+      if (!starts.empty() && std::ranges::all_of(starts, waits)) return true;
     }
     return false;
   }

@@ -61,8 +61,17 @@ Signal HandlerSignals::called_off(const CommandTree::Handler& h) {
   const int around = context_.tree.at(context_.tree.find(h.handler->effect.target)).parent;
   if (around < 0 || context_.node(around).cancel_policy.kind != CancelPolicy::Kind::kForward)
     return Signal::always(false);
-  if (h.owner == around && speaks_of(*h.handler, around)) return Signal::always(false);
-  return commands_.cancel(around);
+  const Signal goes_on = clears(h);
+  if (goes_on.is(true)) return Signal::always(false);
+  return context_.writer.both(context_.id(h.owner, "called_off"), commands_.cancel(around),
+                              context_.writer.opposite(goes_on));
+}
+
+Signal HandlerSignals::clears(const CommandTree::Handler& h) {
+  if (context_.scope.waits_for_cancel(h)) return Signal::always(true);
+  std::vector<Signal> cleaners;
+  for (const int i : context_.scope.cleaners_of(h)) cleaners.push_back(commands_.cleans_up(i));
+  return context_.writer.any(context_.id(h.owner, "clears"), cleaners);
 }
 
 }  // namespace takt::command

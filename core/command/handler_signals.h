@@ -25,6 +25,8 @@ class HandlerSignals {
   [[nodiscard]] Signal pending(const CommandTree::Handler& h);
   /// The transaction around the target was cancelled, and this handler is not what it does then (rule C4).
   [[nodiscard]] Signal called_off(const CommandTree::Handler& h);
+  /// Of a start after a cancel of its transaction: it is what the transaction does then, or what that leads to.
+  [[nodiscard]] Signal clears(const CommandTree::Handler& h);
 
  private:
   [[nodiscard]] Signal armed(const CommandTree::Handler& h);

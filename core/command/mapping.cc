@@ -30,9 +30,10 @@ class Mapper {
   MappedCommand map() {
     writer_.add("cancel", "Cancel");
     writer_.add("end", "Termination");
-    writer_.feed(writer_.either("over", commands_.done(0), commands_.stop(0)), "end.condition");
+    writer_.feed(commands_.over(), "end.condition");
     for (int i = 0; i < tree_.size(); ++i) write_command(i);
     for (const auto& handler : tree_.handlers()) write_handler(handler);
+    name_signals();
     context_.latches.link_events();
     bound_cancel();
     mapped_.traced = std::move(context_.traced);
@@ -72,7 +73,7 @@ class Mapper {
     mapped_.commands.push_back({tree_.at(i).path, fragments_.clock(i)});
     for (const Observation& observation : node(i).observations) write_observation(i, observation);
     trace_command(i);
-    if (!node(i).is_runtime() || !commands_.active(i).is(true)) return;
+    if (!node(i).is_runtime() || i > 0 || context_.has_event(Kind::kStop, i)) return;
     add_seams(i, node(i).model().begins(), mapped_.options.begins);
     if (!context_.has_event(Kind::kCancel, i)) add_seams(i, node(i).model().ends(), mapped_.options.ends);
   }
@@ -85,7 +86,7 @@ class Mapper {
   /// Two commands want one device, and the one that has it does not end in this cycle.
   void write_conflicts(int i) {
     for (const int other : commands_.rivals_before(i)) {
-      if (follows(i, other)) continue;
+      if (context_.order.has_ended(other, i)) continue;
       const Signal kept =
           writer_.both(id(other, "kept"), commands_.active(other), writer_.opposite(commands_.done(other)));
       const Signal conflict = writer_.both(id(i, "conflict"), commands_.wants(i), kept);
@@ -97,22 +98,16 @@ class Mapper {
     }
   }
 
-  /// Whether `i` can only be started by what has ended with `other`.
-  bool follows(int i, int other) const {
-    if (tree_.at(i).with_parent) return false;
-    bool any = false;
-    for (const auto& handler : tree_.handlers()) {
-      if (handler.handler->effect.kind != Kind::kStart || tree_.find(handler.handler->effect.target) != i) continue;
-      if (!handler.handler->entered || !tree_.implies_end(handler.handler->state.node(), other)) return false;
-      any = true;
-    }
-    return any;
-  }
-
   void trace_command(int i) {
     context_.trace(tree_.at(i).path + " active", commands_.active(i));
     context_.trace(tree_.at(i).path + " cancel", commands_.cancel(i));
     if (node(i).is_runtime()) fragments_.trace_set_point(i);
+  }
+
+  /// What the core reads while the net runs.
+  void name_signals() {
+    if (const Signal goes_on = commands_.goes_on(); !goes_on.constant) mapped_.options.goes_on = goes_on.port;
+    if (const Signal stop = commands_.stop(0); !stop.constant) mapped_.options.stopped = stop.port;
   }
 
   /// Where the net does not know how long a cancel takes: all the times one after the other, and some cycles for each.
@@ -147,17 +142,32 @@ class Mapper {
   void write_handler(const CommandTree::Handler& h) {
     const Effect& effect = h.handler->effect;
     if (effect.kind == Kind::kExternal) return write_external(h);
-    Signal signal = handlers_.delayed(h);
-    if (effect.kind == Kind::kCancel) note_brake(h);
-    if (effect.kind == Kind::kStart) {
-      signal = writer_.both(id(h.owner, "start"), signal, writer_.opposite(handlers_.called_off(h)));
-    } else if (acts_on_null(effect.kind)) {
-      signal = writer_.both(id(h.owner, effect.kind == Kind::kStop ? "stops" : "cancels"), signal,
-                            commands_.running(tree_.find(effect.target)));
-    } else {
+    if (effect.kind == Kind::kStart) return write_start(h);
+    const Signal signal = handlers_.delayed(h);
+    if (effect.kind == Kind::kRaise) {
       (void)context_.latches.raised(effect.target);
+      return context_.latches.add_event(LatchKind::kRaise, effect.target.get(), signal);
     }
-    context_.latches.add_event(effect.kind, effect.target.get(), signal);
+    const bool is_stop = effect.kind == Kind::kStop;
+    if (!is_stop) note_brake(h);
+    context_.latches.add_event(
+        is_stop ? LatchKind::kStop : LatchKind::kCancel, effect.target.get(),
+        writer_.both(id(h.owner, is_stop ? "stops" : "cancels"), signal, commands_.running(tree_.find(effect.target))));
+  }
+
+  /// After a cancel of the transaction only clean-up starts, which the cancel does not concern (rule C4).
+  void write_start(const CommandTree::Handler& h) {
+    const Subject* target = h.handler->effect.target.get();
+    const int i = tree_.find(h.handler->effect.target);
+    const Signal due = handlers_.delayed(h);
+    Signal start = writer_.both(id(h.owner, "start"), due, writer_.opposite(handlers_.called_off(h)));
+    if (context_.scope.may_clean_up(i)) {
+      const Signal clears = writer_.both(id(h.owner, "clearing"), commands_.cancel(h.owner), handlers_.clears(h));
+      start = writer_.both(id(h.owner, "start"), start, writer_.opposite(clears));
+      const Signal is_new = writer_.both(id(h.owner, "clean_up"), clears, writer_.opposite(commands_.begun(i)));
+      context_.latches.add_event(LatchKind::kCleanUp, target, writer_.both(id(h.owner, "clean_up"), due, is_new));
+    }
+    context_.latches.add_event(LatchKind::kStart, target, start);
   }
 
   /// The state of the handler, and the clock that it brakes; nothing for events that come from no sensor, or later.

@@ -1,18 +1,22 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
+#include "core/command/cancel_scope.h"
 #include "core/command/command_tree.h"
 #include "core/command/event_latches.h"
 #include "core/command/mapping.h"
+#include "core/command/start_order.h"
 #include "core/expression/net_writer.h"
 
 namespace takt::command {
 
 /// What the parts of the mapping share: the tree, the net that is being written, the ids of the commands in it.
 /// Realtime: setup.
-struct MappingContext {
+class MappingContext {
+ public:
   MappingContext(const CommandTree& tree, NetWriter& writer);
 
   const CommandTree& tree;
@@ -20,6 +24,8 @@ struct MappingContext {
   EventLatches latches;
   std::vector<std::string> ids;    ///< of each command; inside of others with the names around it, but for the root's
   std::vector<TracedPort> traced;  ///< each port once
+  StartOrder order;
+  CancelScope scope;
 
   [[nodiscard]] const CommandNode& node(int i) const { return *tree.at(i).node; }
   [[nodiscard]] const std::string& id(int i) const { return ids[static_cast<std::size_t>(i)]; }
@@ -29,6 +35,9 @@ struct MappingContext {
   [[nodiscard]] bool has_event(Effect::Kind kind, int i) const;
 
   void trace(const std::string& name, const Signal& signal);
+
+ private:
+  std::set<std::string> traced_ports_;
 };
 
 /// Whether an event that is null counts as true (row N3).

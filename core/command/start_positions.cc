@@ -19,6 +19,19 @@ void add_conjuncts(const ExpressionPtr& state, std::vector<ExpressionPtr>& parts
 
 }  // namespace
 
+StartPositions::StartPositions(const CommandTree& tree, Places places)
+    : tree_(tree), order_(tree), begins_(places), nominal_(std::move(places)) {
+  for (int i = 0; i < tree_.size(); ++i) {
+    if (!node(i).is_runtime()) continue;
+    const ActuatorModel& actuator = node(i).actuator->model();
+    auto devices = actuator.devices();
+    const auto arms = actuator.arms();
+    for (std::size_t k = 0; k < arms.size(); ++k) arms_.try_emplace(devices[k], arms[k]);
+    if (std::ranges::find(devices, actuator.name()) == devices.end()) devices.push_back(actuator.name());
+    for (const std::string& device : devices) drivers_[device].push_back(i);
+  }
+}
+
 Result<Places> StartPositions::begin_of(int i) const {
   const ActuatorModel& actuator = node(i).actuator->model();
   const auto devices = actuator.devices();
@@ -44,16 +57,8 @@ Result<Places> StartPositions::all_at_begin_of(int i) const {
 
 /// Arms of the tree that are not among the given positions; of size 0 where that depends on the run.
 void StartPositions::add_others(int i, Places& places) const {
-  for (int other = 0; other < tree_.size(); ++other) {
-    if (!node(other).is_runtime()) continue;
-    const ActuatorModel& actuator = node(other).actuator->model();
-    const auto devices = actuator.devices();
-    const auto arms = actuator.arms();
-    for (std::size_t k = 0; k < arms.size(); ++k) {
-      if (places.contains(devices[k])) continue;
-      places[devices[k]] = begin_of(i, devices[k], *arms[k]).value_or(JointVector());
-    }
-  }
+  for (const auto& [device, arm] : arms_)
+    if (!places.contains(device)) places[device] = begin_of(i, device, *arm).value_or(JointVector());
 }
 
 Result<Places> StartPositions::all_at_given_begin(int i, const JointVector& q) const {
@@ -81,14 +86,20 @@ std::optional<JointVector> StartPositions::begin_of(int i, const std::string& de
   if (in_first_cycle(i)) return before_all(device, arm);
   const std::vector<int> rivals = rivals_before(i, device);
   if (rivals.empty()) return before_all(device, arm);
-  for (const int last : rivals) {
-    const auto ends = ends_.find(last);
-    if (ends == ends_.end()) continue;
-    const auto end = ends->second.find(device);
-    const bool is_last = std::ranges::all_of(rivals, [&](int other) { return other == last || leads_to(other, last); });
-    if (end != ends->second.end() && is_last && begins_at_end_of(i, last)) return end->second;
-  }
-  return std::nullopt;
+  const int last = last_of(rivals);
+  const auto ends = ends_.find(last);
+  if (ends == ends_.end()) return std::nullopt;
+  const auto end = ends->second.find(device);
+  return end != ends->second.end() && begins_at_end_of(i, last) ? std::optional(end->second) : std::nullopt;
+}
+
+/// The one that all others lead to; -1: there is none.
+int StartPositions::last_of(const std::vector<int>& commands) const {
+  int last = -1;
+  for (const int one : commands)
+    if (last < 0 || order_.leads_to(last, one)) last = one;
+  const auto is_before = [&](int one) { return one == last || order_.leads_to(one, last); };
+  return std::ranges::all_of(commands, is_before) ? last : -1;
 }
 
 void StartPositions::note(int i) {
@@ -124,28 +135,17 @@ bool StartPositions::in_first_cycle(int i) const {
   return true;
 }
 
-/// The start of the second can only come of the first, or of what the first has led to.
-bool StartPositions::leads_to(int first, int second) const {
-  std::set<int> seen{first};
-  std::vector<int> open{first};
-  while (!open.empty()) {
-    const int at = open.back();
-    open.pop_back();
-    for (const int next : tree_.starts()[static_cast<std::size_t>(at)]) {
-      if (next == second) return true;
-      if (seen.insert(next).second) open.push_back(next);
-    }
-  }
-  return false;
+const std::vector<int>& StartPositions::drivers_of(const std::string& device) const {
+  static const std::vector<int> kNone;
+  const auto found = drivers_.find(device);
+  return found == drivers_.end() ? kNone : found->second;
 }
 
 /// Other commands on a device that may have run when this one begins.
 std::vector<int> StartPositions::rivals_before(int i, const std::string& device) const {
   std::vector<int> rivals;
-  for (int other = 0; other < tree_.size(); ++other) {
-    if (other == i || !node(other).is_runtime() || leads_to(i, other)) continue;
-    if (drives(*node(other).actuator, device)) rivals.push_back(other);
-  }
+  for (const int other : drivers_of(device))
+    if (other != i && !order_.leads_to(i, other)) rivals.push_back(other);
   return rivals;
 }
 
@@ -153,13 +153,12 @@ std::vector<int> StartPositions::rivals_before(int i, const std::string& device)
 bool StartPositions::begins_at_end_of(int i, int before) const {
   for (int at = i; at >= 0 && !tree_.is_inside(before, at); at = tree_.at(at).parent) {
     if (tree_.at(at).with_parent) continue;
-    bool any = false, all = true;
-    for (const auto& handler : tree_.handlers()) {
-      if (handler.handler->effect.kind != Kind::kStart || tree_.find(handler.handler->effect.target) != at) continue;
-      any = true;
-      all = all && handler.handler->entered && is_natural_end(handler.handler->state.node(), before, i);
-    }
-    if (any && all) return true;
+    const auto& starts = tree_.acting_on(Kind::kStart, at);
+    const auto waits = [&](int h) {
+      const EventHandler& handler = *tree_.handler(h).handler;
+      return handler.entered && is_natural_end(handler.state.node(), before, i);
+    };
+    if (!starts.empty() && std::ranges::all_of(starts, waits)) return true;
   }
   return false;
 }
@@ -199,18 +198,18 @@ bool StartPositions::may_be_cancelled(int before, int i) const {
   };
   if (cut_by_cancel_of(0)) return true;
   return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+    if (h.handler->effect.kind != Kind::kCancel) return false;
     const int target = tree_.find(h.handler->effect.target);
-    return h.handler->effect.kind == Kind::kCancel && target >= 0 && tree_.is_inside(before, target) &&
-           cut_by_cancel_of(target);
+    return target >= 0 && tree_.is_inside(before, target) && cut_by_cancel_of(target);
   });
 }
 
 /// A stop may end `before` early although `i` is started then.
 bool StartPositions::may_be_stopped(int before, int i) const {
   return std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
+    if (h.handler->effect.kind != Kind::kStop) return false;
     const int target = tree_.find(h.handler->effect.target);
-    return h.handler->effect.kind == Kind::kStop && target >= 0 && tree_.is_inside(before, target) &&
-           !tree_.is_inside(i, target);
+    return target >= 0 && tree_.is_inside(before, target) && !tree_.is_inside(i, target);
   });
 }
 
@@ -226,18 +225,11 @@ bool StartPositions::is_forwarded_to(int i, int around, bool by_all) const {
 }
 
 std::optional<JointVector> StartPositions::end_of(const std::string& device) const {
-  std::vector<int> drivers;
-  for (int i = 0; i < tree_.size(); ++i)
-    if (node(i).is_runtime() && drives(*node(i).actuator, device)) drivers.push_back(i);
-  for (const int last : drivers) {
-    const auto ends = ends_.find(last);
-    const bool is_last =
-        std::ranges::all_of(drivers, [&](int other) { return other == last || leads_to(other, last); });
-    if (!is_last || ends == ends_.end() || is_cut_short(last) || !runs_for_certain(last)) continue;
-    const auto end = ends->second.find(device);
-    if (end != ends->second.end()) return end->second;
-  }
-  return std::nullopt;
+  const int last = last_of(drivers_of(device));
+  const auto ends = ends_.find(last);
+  if (ends == ends_.end() || is_cut_short(last) || !runs_for_certain(last)) return std::nullopt;
+  const auto end = ends->second.find(device);
+  return end == ends->second.end() ? std::nullopt : std::optional(end->second);
 }
 
 const CommandNode* StartPositions::left_in_motion() const {
@@ -274,9 +266,9 @@ bool StartPositions::speaks_of_end(const ExpressionPtr& state, int i) const {
 bool StartPositions::runs_for_certain(int i) const {
   for (int at = i; at >= 0; at = tree_.at(at).parent) {
     if (tree_.at(at).with_parent) continue;
-    const bool started = std::ranges::any_of(tree_.handlers(), [&](const CommandTree::Handler& h) {
-      return h.handler->effect.kind == Kind::kStart && tree_.find(h.handler->effect.target) == at &&
-             h.handler->entered && follows_for_certain(h.handler->state.node());
+    const bool started = std::ranges::any_of(tree_.acting_on(Kind::kStart, at), [&](int h) {
+      const EventHandler& handler = *tree_.handler(h).handler;
+      return handler.entered && follows_for_certain(handler.state.node());
     });
     if (!started) return false;
   }
@@ -305,9 +297,9 @@ bool StartPositions::is_cut_short(int i) const {
 }
 
 bool StartPositions::cuts_short(const EventHandler& handler, int i) const {
-  const Kind kind = handler.effect.kind;
+  if (handler.effect.kind != Kind::kCancel && handler.effect.kind != Kind::kStop) return false;
   const int target = tree_.find(handler.effect.target);
-  return (kind == Kind::kCancel || kind == Kind::kStop) && target >= 0 && tree_.is_inside(i, target);
+  return target >= 0 && tree_.is_inside(i, target);
 }
 
 void StartPositions::report_unknown(int i, const std::string& device, Diagnostics& diagnostics) const {

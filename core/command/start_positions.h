@@ -9,6 +9,7 @@
 
 #include "core/base/diagnostics.h"
 #include "core/command/command_tree.h"
+#include "core/command/start_order.h"
 #include "core/kinematics/types.h"
 
 namespace takt::command {
@@ -20,7 +21,7 @@ namespace takt::command {
 class StartPositions {
  public:
   /// @param places  where arms are before the first cycle; of others their set point counts
-  StartPositions(const CommandTree& tree, Places places) : tree_(tree), begins_(places), nominal_(std::move(places)) {}
+  StartPositions(const CommandTree& tree, Places places);
 
   /// Where each arm of command `i` is when it begins. @return diagnostics without locations if that depends on the run.
   [[nodiscard]] Result<Places> begin_of(int i) const;
@@ -53,7 +54,8 @@ class StartPositions {
   [[nodiscard]] std::optional<kinematics::JointVector> begin_of(int i, const std::string& device,
                                                                 const MountedArm& arm) const;
   [[nodiscard]] bool in_first_cycle(int i) const;
-  [[nodiscard]] bool leads_to(int first, int second) const;
+  [[nodiscard]] const std::vector<int>& drivers_of(const std::string& device) const;
+  [[nodiscard]] int last_of(const std::vector<int>& commands) const;
   [[nodiscard]] std::vector<int> rivals_before(int i, const std::string& device) const;
   [[nodiscard]] bool begins_at_end_of(int i, int before) const;
   [[nodiscard]] bool is_natural_end(const ExpressionPtr& state, int before, int i) const;
@@ -66,6 +68,9 @@ class StartPositions {
   void report_unknown(int i, const std::string& device, Diagnostics& diagnostics) const;
 
   const CommandTree& tree_;
+  StartOrder order_;
+  std::map<std::string, std::vector<int>> drivers_;  ///< of each device and actuator: who gives it set points
+  std::map<std::string, const MountedArm*> arms_;    ///< those of the tree, by the name of the device
   Places begins_, nominal_;
   std::map<int, Places> ends_;  ///< of commands that begin at a known position
   std::set<int> unplanned_;

@@ -165,6 +165,11 @@ bool Arm::away_from_set_point() const {
   return false;
 }
 
+bool Arm::stands_by_itself() const {
+  constexpr double kStanding = 0.01;  // rad/s or m/s: what encoders of arms that stand report
+  return phase_ == Phase::kNotReady && has_sample_ && sample_.dq.cwiseAbs().maxCoeff() < kStanding;
+}
+
 StateAnswer Arm::answer(std::string_view wanted) const {
   using Kind = StateAnswer::Kind;
   const auto mode = wanted.empty() ? std::optional(mode_) : control_mode_of(wanted);

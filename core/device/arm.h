@@ -82,8 +82,11 @@ class Arm final : public Actuator {
   [[nodiscard]] std::optional<net::Text> check() override;
   void hand_over() override;
   [[nodiscard]] bool held() const override { return held_; }
-  /// The last set point sent neither moves nor accelerates, and nothing pushes beside the springs.
-  [[nodiscard]] bool at_rest() const override { return guard_.at_rest() && compliance_.neutral(); }
+  /// The last set point sent neither moves nor accelerates, and nothing pushes beside the springs. An arm that
+  /// follows none, with closed brakes or after a stop of its own, is at rest once it stands.
+  [[nodiscard]] bool at_rest() const override {
+    return (guard_.at_rest() && compliance_.neutral()) || stands_by_itself();
+  }
   [[nodiscard]] bool will_rest() const override;
 
   [[nodiscard]] Phase phase() const { return phase_; }
@@ -109,6 +112,7 @@ class Arm final : public Actuator {
   [[nodiscard]] std::optional<Violation> find_violation() const;
   [[nodiscard]] std::optional<net::Text> find_wrong_mode() const;
   [[nodiscard]] bool away_from_set_point() const;
+  [[nodiscard]] bool stands_by_itself() const;
   /// Where the device says that it is told to be, else where it is measured.
   [[nodiscard]] const JointVector& start_positions() const {
     return sample_.commanded.size() > 0 ? sample_.commanded : sample_.q;

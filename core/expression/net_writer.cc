@@ -1,11 +1,15 @@
 #include "core/expression/net_writer.h"
 
 #include <algorithm>
+#include <iterator>
 #include <ranges>
+#include <unordered_set>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "core/net/digraph.h"
 
 namespace takt::command {
 namespace {
@@ -14,8 +18,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestId = 100;
 
+/// Mostly one that was added not long ago.
 net::PrimitiveDescription& primitive_in(net::NetDescription& net, const std::string& id) {
-  return *std::ranges::find(net.primitives, id, &net::PrimitiveDescription::id);
+  return *std::ranges::find(net.primitives.rbegin(), net.primitives.rend(), id, &net::PrimitiveDescription::id);
 }
 
 /// "GreaterThan" -> "greater_than": what a primitive without a name of its own is called.
@@ -40,8 +45,11 @@ std::string NetWriter::unique(std::string_view preferred) {
     if (byte <= 0x20 || byte == 0x7f || c == '.' || c == '/') c = '_';
   }
   if (id.empty()) id = "_";
-  std::string free = id;
-  for (int n = 2; !ids_.insert(free).second; ++n) free = fmt::format("{}_{}", id, n);
+  if (ids_.insert(id).second) return id;
+  std::string free;
+  int& n = next_number_.try_emplace(id, 2).first->second;
+  do free = fmt::format("{}_{}", id, n++);
+  while (!ids_.insert(free).second);
   return free;
 }
 
@@ -51,7 +59,8 @@ void NetWriter::add(const std::string& id, std::string type, Json parameters, Js
 }
 
 void NetWriter::link(std::string from, std::string to) {
-  followers_[node_of(from)].push_back(node_of(to));
+  const int source = number_of(node_of(from)), target = number_of(node_of(to));
+  followers_[static_cast<std::size_t>(source)].push_back(target);
   net.link(std::move(from), std::move(to));
 }
 
@@ -66,9 +75,48 @@ void NetWriter::feed(const Signal& signal, const std::string& to) {
 
 void NetWriter::feed(const ExpressionPtr& node, const std::string& to) { link(port_of(node), to); }
 
-void NetWriter::feed_without_cycle(const Signal& signal, const std::string& to) {
-  const bool closes = !signal.constant && !signal.delayed && reaches(node_of(to), node_of(signal.port));
-  feed(closes ? signal.one_cycle_ago() : signal, to);
+void NetWriter::feed_without_cycles(const std::vector<Feed>& feeds) {
+  std::vector<std::pair<int, int>> links;
+  for (const auto& [signal, to] : feeds) {
+    const bool reacts = !signal.constant && !signal.delayed;
+    links.emplace_back(reacts ? number_of(node_of(signal.port)) : -1, number_of(node_of(to)));
+  }
+  const std::vector<int> component = components_with(links);
+  for (std::size_t i = 0; i < feeds.size(); ++i) {
+    const auto& [signal, to] = feeds[i];
+    const auto [source, target] = links[i];
+    feed(source >= 0 && reaches(target, source, component) ? signal.one_cycle_ago() : signal, to);
+  }
+}
+
+int NetWriter::number_of(const std::string& node) {
+  const auto [known, is_new] = numbers_.try_emplace(node, static_cast<int>(followers_.size()));
+  if (is_new) followers_.emplace_back();
+  return known->second;
+}
+
+/// The strong components of the net together with links that may come.
+std::vector<int> NetWriter::components_with(const std::vector<std::pair<int, int>>& more) const {
+  std::vector<std::pair<int, int>> from_to;
+  for (std::size_t source = 0; source < followers_.size(); ++source)
+    for (const int target : followers_[source]) from_to.emplace_back(static_cast<int>(source), target);
+  std::ranges::copy_if(more, std::back_inserter(from_to), [](const auto& link) { return link.first >= 0; });
+  return net::strong_components(net::Digraph(static_cast<int>(followers_.size()), from_to)).of;
+}
+
+bool NetWriter::reaches(int from, int to, const std::vector<int>& component) const {
+  const auto component_of = [&](int node) { return component[static_cast<std::size_t>(node)]; };
+  if (component_of(from) != component_of(to)) return false;
+  std::unordered_set<int> seen{from};
+  std::vector<int> open{from};
+  while (!open.empty()) {
+    const int node = open.back();
+    open.pop_back();
+    if (node == to) return true;
+    for (const int follower : followers_[static_cast<std::size_t>(node)])
+      if (component_of(follower) == component_of(to) && seen.insert(follower).second) open.push_back(follower);
+  }
+  return false;
 }
 
 /// "id.port" at the outermost level, "fragment/id.port" inside of one.
@@ -76,27 +124,12 @@ void NetWriter::set_parameter(const std::string& to, Json value) {
   const auto slash = to.find('/');
   const std::string inner = slash == std::string::npos ? to : to.substr(slash + 1);
   const auto dot = inner.find('.');
-  net::NetDescription& owner =
-      slash == std::string::npos
-          ? net
-          : std::ranges::find(net.fragments, to.substr(0, slash), &net::FragmentDescription::id)->net;
+  net::NetDescription& owner = slash == std::string::npos
+                                   ? net
+                                   : std::ranges::find(net.fragments.rbegin(), net.fragments.rend(),
+                                                       to.substr(0, slash), &net::FragmentDescription::id)
+                                         ->net;
   primitive_in(owner, inner.substr(0, dot)).parameters[inner.substr(dot + 1)] = std::move(value);
-}
-
-bool NetWriter::reaches(const std::string& from, const std::string& to) const {
-  std::set<std::string> seen{from};
-  std::vector<std::string> open{from};
-  while (!open.empty()) {
-    const std::string node = std::move(open.back());
-    open.pop_back();
-    if (node == to) return true;
-    const auto next = followers_.find(node);
-    if (next == followers_.end()) continue;
-    for (const std::string& follower : next->second) {
-      if (seen.insert(follower).second) open.push_back(follower);
-    }
-  }
-  return false;
 }
 
 // -- Gates -----------------------------------------------------------------------------------------------------------

@@ -6,6 +6,8 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/base/time.h"
@@ -55,8 +57,14 @@ class NetWriter {
   /// Links, or sets the constant.
   void feed(const Signal& signal, const std::string& to);
   void feed(const ExpressionPtr& node, const std::string& to);
-  /// Links a signal without closing a cycle: where the port depends on what it feeds, the link is delayed by one cycle.
-  void feed_without_cycle(const Signal& signal, const std::string& to);
+  /// A signal and the port that it is to feed.
+  struct Feed {
+    Signal signal;
+    std::string to;
+  };
+  /// Links signals, one after the other, without closing a cycle: where a port depends on what it would feed, the link
+  /// is delayed by one cycle.
+  void feed_without_cycles(const std::vector<Feed>& feeds);
 
   // Gates; constants are folded, so there may be none.
   [[nodiscard]] Signal both(const std::string& id, const Signal& a, const Signal& b);
@@ -74,12 +82,15 @@ class NetWriter {
   /// The same of a Boolean one, which may be constant.
   Signal signal_of(const ExpressionPtr& node);
 
-  /// Whether what happens at node `from` reaches node `to` in the same cycle. Nodes: primitives and fragments.
-  [[nodiscard]] bool reaches(const std::string& from, const std::string& to) const;
   /// The node that a port belongs to: the text before '.' or '/'.
   [[nodiscard]] static std::string node_of(const std::string& port);
 
  private:
+  /// Numbers of primitives and fragments by who reads whom in the same cycle.
+  [[nodiscard]] int number_of(const std::string& node);
+  /// What cannot be reached inside of one strong component is not searched for.
+  [[nodiscard]] bool reaches(int from, int to, const std::vector<int>& component) const;
+  [[nodiscard]] std::vector<int> components_with(const std::vector<std::pair<int, int>>& more) const;
   Signal gate(const std::string& id, const char* type, const Signal& a, const Signal& b);
   std::string port_of_signal(const Signal& signal);
   std::string write(const ExpressionPtr& node);
@@ -88,10 +99,12 @@ class NetWriter {
   Nanoseconds period_;
   LeafSource leaves_;
   std::set<std::string, std::less<>> ids_;
-  std::map<const Expression*, std::string> written_;  ///< node, port
-  std::map<std::string, std::string> primitives_;     ///< what a primitive says, its id
-  std::map<std::string, std::vector<std::string>> followers_;
-  std::vector<ExpressionPtr> kept_;  ///< addresses in `written_` stay
+  std::map<const Expression*, std::string> written_;     ///< node, port
+  std::map<std::string, std::string> primitives_;        ///< what a primitive says, its id
+  std::map<std::string, int, std::less<>> next_number_;  ///< of ids that are like a preferred one
+  std::unordered_map<std::string, int> numbers_;
+  std::vector<std::vector<int>> followers_;  ///< by number
+  std::vector<ExpressionPtr> kept_;          ///< addresses in `written_` stay
 };
 
 /// Writes the inside of a fragment.

@@ -6,7 +6,7 @@
 
 namespace takt::net {
 
-/// A directed graph on the nodes 0..n-1, its edges stored node by node. Private to core/net.
+/// A directed graph on the nodes 0..n-1, its edges stored node by node. For core/net and for who writes nets.
 struct Digraph {
   struct Edge {
     int to;

@@ -1,15 +1,76 @@
 #include "core/net/exclusion.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/net/activity.h"
+#include "core/net/implications.h"
 
 namespace takt::net {
 namespace {
+
+/// Of some things that are active at times, two that may be so together, and when; no text if nothing is known of that.
+struct Conflict {
+  std::size_t one, other;
+  std::string when;
+};
+
+/// Asks decision diagrams about pairs. All pairs share one set of diagrams as long as it keeps its bounds; then each
+/// has one of its own. What is not settled within the work that is left counts as a conflict.
+class PairProof {
+ public:
+  /// When number i is active, as a function.
+  using When = std::function<Bdd::Ref(Activity&, std::size_t)>;
+
+  PairProof(const FlatNet& flat, When when, std::size_t& work) : flat_(flat), when_(std::move(when)), work_(work) {
+    renew();
+  }
+  ~PairProof() { work_ += activity_->work(); }
+  PairProof(const PairProof&) = delete;
+  PairProof& operator=(const PairProof&) = delete;
+
+  [[nodiscard]] std::optional<Conflict> check(std::size_t one, std::size_t other) {
+    if (work_ + activity_->work() >= kMostWork) return Conflict{one, other, kTangled};
+    if (exclude(one, other)) return std::nullopt;
+    if (activity_->gave_up()) {
+      renew();
+      if (exclude(one, other)) return std::nullopt;
+    }
+    return Conflict{one, other, activity_->gave_up() ? kTangled : activity_->example(of(one), of(other))};
+  }
+  static constexpr const char* kTangled = "the net is too tangled for a proof";
+
+ private:
+  static constexpr std::size_t kMostWork = 2'000'000;  ///< of all proofs of a net: less than a second
+
+  [[nodiscard]] Bdd::Ref of(std::size_t i) {
+    const auto [known, fresh] = active_.try_emplace(i, Bdd::kTrue);
+    if (fresh) known->second = when_(*activity_, i);
+    return known->second;
+  }
+  [[nodiscard]] bool exclude(std::size_t one, std::size_t other) {
+    const Bdd::Ref a = of(one);
+    return activity_->exclude(a, of(other));
+  }
+  void renew() {
+    if (activity_) work_ += activity_->work();
+    activity_ = std::make_unique<Activity>(flat_);
+    active_.clear();
+  }
+
+  const FlatNet& flat_;
+  When when_;
+  std::size_t& work_;
+  std::unique_ptr<Activity> activity_;
+  std::map<std::size_t, Bdd::Ref> active_;
+};
 
 class ExclusionCheck {
  public:
@@ -29,15 +90,6 @@ class ExclusionCheck {
   }
 
  private:
-  static constexpr std::size_t kMostDrivers = 16;      ///< of one device that are compared with each other
-  static constexpr std::size_t kMostWork = 2'000'000;  ///< of all proofs of a net: less than a second
-
-  /// Two that may be active together, and when; no text if the bounds did not suffice.
-  struct Conflict {
-    std::size_t one, other;
-    std::string when;
-  };
-
   void collect_drivers() {
     for (int p = 0; p < flat_.primitive_count(); ++p) {
       const FlatPrimitive& primitive = flat_.primitives[static_cast<std::size_t>(p)];
@@ -49,38 +101,39 @@ class ExclusionCheck {
     }
   }
 
-  /// The first pair that is not proven to exclude each other. `when`: activity of number i as a function.
-  template <class When>
-  std::optional<Conflict> conflict_among(std::size_t count, When when) {
-    Activity activity(flat_);
-    std::vector<Bdd::Ref> active;
-    for (std::size_t i = 0; i < count; ++i) active.push_back(work_ < kMostWork ? when(activity, i) : Bdd::kTrue);
-    std::optional<Conflict> conflict;
-    for (std::size_t other = 1; other < count && !conflict; ++other) {
-      for (std::size_t one = 0; one < other && !conflict; ++one) {
-        if (activity.exclude(active[one], active[other])) continue;
-        const bool cut_short = activity.gave_up() || work_ >= kMostWork;
-        conflict = Conflict{one, other, cut_short ? "" : activity.example(active[one], active[other])};
-        if (cut_short) conflict->when = "the net is too tangled for a proof";
-      }
-    }
-    work_ += activity.work();
-    return conflict;
+  /// Two of the primitives that are not proven to exclude each other.
+  std::optional<Conflict> conflict_of_drivers(const std::vector<int>& primitives) {
+    const Implications implications(flat_, primitives);
+    PairProof proof(
+        flat_, [&](Activity& activity, std::size_t i) { return activity.running(primitives[i]); }, work_);
+    for (const auto& [one, other] : implications.open_pairs())
+      if (auto conflict = proof.check(one, other)) return conflict;
+    if (!implications.has_more()) return std::nullopt;
+    const auto& [one, other] = implications.open_pairs().back();
+    return Conflict{one, other, PairProof::kTangled};
+  }
+
+  /// Two inputs of the Merge that are not proven to exclude each other.
+  std::optional<Conflict> conflict_of_inputs(int primitive, const std::vector<int>& ports) {
+    PairProof proof(
+        flat_, [&](Activity& activity, std::size_t i) { return activity.present_at(primitive, ports[i]); }, work_);
+    for (std::size_t other = 1; other < ports.size(); ++other)
+      for (std::size_t one = 0; one < other; ++one)
+        if (auto conflict = proof.check(one, other)) return conflict;
+    return std::nullopt;
   }
 
   void check_device(const std::string& device, const std::vector<int>& primitives) {
-    const std::size_t count = std::min(primitives.size(), kMostDrivers);
-    const auto conflict =
-        conflict_among(count, [&](Activity& activity, std::size_t i) { return activity.running(primitives[i]); });
-    if (!conflict && count == primitives.size()) {
+    const auto conflict = conflict_of_drivers(primitives);
+    if (!conflict) {
       net_report_.exclusions.push_back({device, true});
       return;
     }
-    const int one = primitives[conflict ? conflict->one : 0], other = primitives[conflict ? conflict->other : count];
+    const int one = primitives[conflict->one], other = primitives[conflict->other];
     const std::string& claims = flat_.primitives[static_cast<std::size_t>(other)].info->claims;
     report_.error(Code::kResourceConflict, flat_.primitive_pointer(other) + "/parameters" + pointer_segment(claims),
                   fmt::format("device '{}' is driven by both '{}' and '{}'{}", shown(device), flat_.id(one),
-                              flat_.id(other), when(conflict)),
+                              flat_.id(other), when(*conflict)),
                   "one primitive drives a device: put each into a fragment of its own whose activations exclude each "
                   "other, or let the fragments share one driver through a Merge");
   }
@@ -92,21 +145,19 @@ class ExclusionCheck {
           flat_.input_link[static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(primitive)] + port)] >= 0;
       if (linked || flat_.constant(primitive, port) != nullptr) ports.push_back(port);
     }
-    const auto conflict = conflict_among(
-        ports.size(), [&](Activity& activity, std::size_t i) { return activity.present_at(primitive, ports[i]); });
+    const auto conflict = conflict_of_inputs(primitive, ports);
     net_report_.exclusions.push_back({flat_.id(primitive), !conflict});
     if (!conflict) return;
     report_.note(flat_.primitive_pointer(primitive),
                  fmt::format("nothing proves that only one of '{}' and '{}' has a value{}",
                              flat_.input_name(primitive, ports[conflict->one]),
-                             flat_.input_name(primitive, ports[conflict->other]), when(conflict)),
+                             flat_.input_name(primitive, ports[conflict->other]), when(*conflict)),
                  "two values in one cycle fail the net (conflict); lead them from fragments whose activations exclude "
                  "each other, such as x and Not x");
   }
 
-  static std::string when(const std::optional<Conflict>& conflict) {
-    if (!conflict || conflict->when.empty()) return {};
-    return fmt::format(": {}", conflict->when);
+  static std::string when(const Conflict& conflict) {
+    return conflict.when.empty() ? std::string() : fmt::format(": {}", conflict.when);
   }
 
   const FlatNet& flat_;

@@ -77,7 +77,9 @@ class Monitor final : public Primitive {
 
 TAKT_PRIMITIVE(Termination, "net", "Ends the net in the cycle in which its condition is true or null.");
 TAKT_PRIMITIVE(Error, "net", "Ends the net with an error: its devices stop. Null counts as true.");
-TAKT_PRIMITIVE(Cancel, "net", "Says that the net is asked to end; false in the first cycle.");
+TAKT_PRIMITIVE(
+    Cancel, "net",
+    "Says that the net is asked to end; false in the first cycle, unless its cancel was posted with its start.");
 
 TAKT_PRIMITIVE_FOR_ALL(Monitor, "net", "Shows a value outside the net under the primitive's id. Does nothing else.");
 

@@ -33,8 +33,8 @@ struct ToolBounds {
 /// those of now and the wanted ones, and a tool that is slow enough at both is so in between. A cycle after which it
 /// could become too fast is not gone: its joints lose their accelerations instead, unless all are to stop. A joint
 /// whose next state could no longer stop in front of its limit gets the target 0, and that it can follow: the state
-/// before could stop. That comes before the speed of the tool. Owned by one primitive. Realtime: cyclic but for the
-/// constructor.
+/// before could stop. Likewise a joint that would become too fast itself. That comes before the speed of the tool.
+/// Owned by one primitive. Realtime: cyclic but for the constructor.
 class RateFollower {
  public:
   using State = motion::OnlineGenerator::State;
@@ -74,7 +74,7 @@ class RateFollower {
       usual_.start(before);
       if (!step(usual_, target, dt)) return false;
     }
-    if (!refuse(state(), target)) return true;
+    if (!refuse(state(), target) && !overshoots(state())) return true;
     target = bounded(target, J);
     each_.start(before);
     if (!step(each_, target, dt)) return false;
@@ -89,6 +89,7 @@ class RateFollower {
 
  private:
   using JointVector = kinematics::JointVector;
+  static constexpr double kRounding = 1e-9;
 
   /// Of the tool where it is, and where it will be by the time that joints could have changed their rates.
   struct Jacobians {
@@ -113,9 +114,10 @@ class RateFollower {
   [[nodiscard]] double share(const JointVector& dq, const Jacobians& J) const {
     return std::max(tool_.share(J.now * dq), tool_.share(J.ahead * dq));
   }
-  /// All by one factor.
+  /// All by one factor, so that neither the tool nor a joint is too fast.
   [[nodiscard]] JointVector bounded(const JointVector& dq, const Jacobians& J) const {
-    return dq / std::max(1.0, share(dq, J));
+    const double of_joints = (dq.array().abs() / limits_.velocity.array()).maxCoeff();
+    return dq / std::max({1.0, share(dq, J), of_joints});
   }
   /// The rates once all joints have lost their accelerations together.
   [[nodiscard]] JointVector calmed(const State& state) const {
@@ -124,6 +126,13 @@ class RateFollower {
   }
   [[nodiscard]] bool too_fast(const State& state, const Jacobians& J) const {
     return share(state.dq, J) > ToolBounds::kTooFast || share(calmed(state), J) > ToolBounds::kTooFast;
+  }
+
+  /// A joint becomes faster than it may before it has lost its acceleration: joints that are led to their rates
+  /// together may do so, one that goes there as soon as it can does not.
+  [[nodiscard]] bool overshoots(const State& after) const {
+    const auto peak = after.dq.array() + 0.5 * after.ddq.array() * after.ddq.array().abs() / limits_.jerk.array();
+    return (peak.abs() > (1.0 + kRounding) * limits_.velocity.array()).any();
   }
 
   /// Joints that could no longer stop inside their ranges get the target 0. @return whether there are any

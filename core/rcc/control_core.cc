@@ -27,7 +27,6 @@
 #include "core/rcc/stopwatch.h"
 
 namespace takt::rcc {
-
 namespace {
 
 constexpr std::size_t kQueueCapacity = 512;
@@ -154,6 +153,7 @@ Diagnostics ControlCore::Impl::bind(NetEntry& entry) {
   const net::StopBound* bound = entry.net->stop_bound();
   entry.cancel_bound_cycles = entry.options.cancel_bound_cycles.value_or(
       bound != nullptr ? bound->in_cycles(options.period) : LoadOptions::kDefaultCancelBound);
+  entry.bind_flags(diagnostics);
   bind_path_stop(entry);
   entry.cost_ns = entry.net->cost_ns() * machine_factor();
   const double load = executor.load_ns(), budget = static_cast<double>(options.budget);

@@ -50,6 +50,11 @@ struct LoadOptions {
   /// gives (net::StopBound), else kDefaultCancelBound.
   static constexpr std::int64_t kDefaultCancelBound = 10'000;
   std::optional<std::int64_t> cancel_bound_cycles = {};
+  /// A Boolean of the net ("id.port"): while it is true, something runs that a cancel does not end, and the bound does
+  /// not count. Empty: there is nothing of that kind.
+  std::string goes_on = {};
+  /// A Boolean of the net: it has ended because it was stopped from inside, which counts as cancelled.
+  std::string stopped = {};
   /// How the net takes its devices over: checked when its start is agreed, and again against what was really sent. A
   /// device that is named several times may be taken over in any of these ways.
   std::vector<NetSeam> begins = {};

@@ -11,6 +11,8 @@ namespace {
 
 using net::format_text;
 
+bool holds(const net::Slot<net::Boolean>* flag) { return flag != nullptr && flag->null == 0 && flag->value; }
+
 net::Cause cause_of(net::Cause::Code code, const net::Text& text, std::int64_t cycle) {
   return {.code = code, .text = text, .cycle = cycle};
 }
@@ -38,6 +40,7 @@ void Executor::end_finished(std::int64_t cycle) {
   for (NetEntry* entry : active_) {
     const net::NetSignals& signals = entry->net->signals();
     const bool canceling = entry->state.load(std::memory_order_relaxed) == NetState::kCanceling;
+    if (canceling && holds(entry->goes_on)) entry->cancel_counts_from = cycle;
     if (entry->stop_cycle >= 0) {
       go_on_stopping(*entry, cycle);
     } else if (signals.fail) {
@@ -45,9 +48,10 @@ void Executor::end_finished(std::int64_t cycle) {
     } else if (const device::Actuator* lost = lost_actuator(*entry)) {
       abort(*entry, cause_of_loss(*lost, cycle), cycle);
     } else if (signals.terminate) {
-      const auto code = canceling ? net::Cause::Code::kCancelled : net::Cause::Code::kTerminated;
+      const bool early = canceling || holds(entry->stopped);
+      const auto code = early ? net::Cause::Code::kCancelled : net::Cause::Code::kTerminated;
       end(*entry, cause_of(code, signals.cause.text, cycle), cycle);
-    } else if (canceling && cycle - entry->cancel_cycle >= entry->cancel_bound_cycles) {
+    } else if (canceling && cycle - entry->cancel_counts_from >= entry->cancel_bound_cycles) {
       const auto why = format_text("did not end within {} cycles of its cancel", entry->cancel_bound_cycles);
       abort(*entry, cause_of(net::Cause::Code::kAborted, why, cycle), cycle);
     }
@@ -350,7 +354,7 @@ void Executor::carry_out(const Transaction& transaction, std::int64_t cycle) {
   for (const NetId id : transaction.cancel) {
     NetEntry& entry = *nets_.find(id);
     if (entry.state.load(std::memory_order_relaxed) != NetState::kRunning) continue;
-    entry.cancel_cycle = cycle;
+    entry.cancel_cycle = entry.cancel_counts_from = cycle;
     move_to(entry, NetState::kCanceling);
   }
   for (const NetId id : transaction.end) {

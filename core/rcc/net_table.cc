@@ -10,6 +10,16 @@
 
 namespace takt::rcc {
 
+void NetEntry::bind_flags(Diagnostics& wrong) {
+  for (const auto& [name, flag] : {std::pair(&options.goes_on, &goes_on), std::pair(&options.stopped, &stopped)}) {
+    if (name->empty()) continue;
+    *flag = net->find<net::Boolean>(*name);
+    if (*flag == nullptr)
+      wrong.error(Code::kUnknownName, name == &options.stopped ? "/stopped" : "/goes_on",
+                  fmt::format("the net has no Boolean output '{}'", *name), "Name an output of the net, \"id.port\"");
+  }
+}
+
 NetTable::NetTable(int capacity, net::Environment& environment, Bind bind)
     : slots_(static_cast<std::size_t>(capacity)),
       aborts_(slots_.size()),

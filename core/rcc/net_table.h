@@ -46,6 +46,9 @@ struct NetEntry : std::enable_shared_from_this<NetEntry> {
   };
   std::vector<NeededState> needs;
   std::int64_t cancel_bound_cycles = 0;
+  const net::Slot<net::Boolean>*goes_on = nullptr, *stopped = nullptr;  ///< LoadOptions; null: there is none
+  /// Finds both of them in the net. Realtime: setup.
+  void bind_flags(Diagnostics& wrong);
   std::vector<int> on_path;            ///< of the claims: what comes to rest by itself when the net is asked to stop
   std::int64_t stop_bound_cycles = 0;  ///< and how long that takes at most
   double cost_ns = 0.0;                ///< of a cycle, on this machine
@@ -53,7 +56,8 @@ struct NetEntry : std::enable_shared_from_this<NetEntry> {
   net::Cause cause;
   std::atomic<std::int64_t> first_cycle = -1, last_cycle = -1;
   std::int64_t cancel_cycle = -1;
-  std::int64_t stop_cycle = -1;  ///< in which it was asked to stop (row S1)
+  std::int64_t cancel_counts_from = -1;  ///< the bound does; later than the cancel while something goes on
+  std::int64_t stop_cycle = -1;          ///< in which it was asked to stop (row S1)
   net::Cause stop_cause;
   std::int64_t abort_cycle = -1;  ///< in which the cycle took its abort; it does not start in that cycle
 

@@ -13,6 +13,8 @@ int rank(const Transaction& transaction) {
   return transaction.cancel.size > 0 ? 1 : 2;
 }
 
+constexpr int kLastTurn = 3;  ///< of cancels that come after the starts that they are about
+
 /// A net never leaves these.
 bool is_final(NetState state) { return state == NetState::kRejected || state == NetState::kTerminated; }
 
@@ -69,12 +71,58 @@ void RuleBook::apply(std::int64_t cycle) {
   }
   executor_.abort_asked(cycle);
   if (!any) return;
-  for (int turn = 0; turn < 3; ++turn)
-    for (Entry& entry : entries_)
-      if (entry.fires && rank(entry.rule.action) == turn) entry.over = carry_out(entry, cycle);
+  for (Entry& entry : entries_) entry.turn = -1;
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (entries_[i].fires) entries_[i].turn = turn_of(i);
+  for (int turn = 0; turn <= kLastTurn; ++turn) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      Entry& entry = entries_[i];
+      if (entry.turn != turn) continue;
+      entry.over = turn == kLastTurn && !take_back_starts(i, cycle) ? true : carry_out(entry, cycle);
+    }
+  }
   for (Entry& entry : entries_)
     if (entry.hopeless != 0) entry.over = give_up(entry, cycle);
   std::erase_if(entries_, [](const Entry& entry) { return entry.over; });
+}
+
+int RuleBook::turn_of(std::size_t entry) const {
+  const Transaction& action = entries_[entry].rule.action;
+  const int own = rank(action);
+  const bool is_later = std::ranges::any_of(action.cancel, [&](NetId id) { return start_before(entry, id) >= 0; });
+  return own == 1 && is_later ? kLastTurn : own;
+}
+
+int RuleBook::start_before(std::size_t entry, NetId net) const {
+  for (std::size_t i = 0; i < entry; ++i) {
+    const Entry& one = entries_[i];
+    if (!one.over && one.fires && one.rule.action.start.contains(net)) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+bool RuleBook::take_back_starts(std::size_t entry, std::int64_t cycle) {
+  Transaction& action = entries_[entry].rule.action;
+  NetSet left;
+  for (const NetId id : action.cancel) {
+    const int start = start_before(entry, id);
+    if (start < 0 || is_active_net(id)) {
+      (void)left.add(id);
+      continue;
+    }
+    Entry& waiting = entries_[static_cast<std::size_t>(start)];
+    waiting.over = true;
+    Event refused{.kind = Event::Kind::kRefused, .state = {}, .net = id, .request = waiting.id, .cause = {}};
+    refused.cause = {
+        .code = net::Cause::Code::kCancelled, .text = net::Text("cancelled before it began"), .cycle = cycle};
+    events_.add(refused);
+  }
+  action.cancel = left;
+  if (!action.empty()) return true;
+  Event done{.kind = Event::Kind::kDone, .state = {}, .net = 0, .request = entries_[entry].id, .cause = {}};
+  done.cause.cycle = cycle;
+  events_.add(done);
+  return false;
 }
 
 bool RuleBook::is_active_net(NetId id) const {

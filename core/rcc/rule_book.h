@@ -24,7 +24,9 @@ class RuleBook {
 
   /// One pass: all conditions are read on the same snapshot, then aborts that nothing can refuse are carried out
   /// (Executor::abort_asked), then what holds, rules with aborts first,
-  /// then those with cancels, then the rest, each in the order of posting. A rule whose condition can never hold any
+  /// then those with cancels, then the rest, each in the order of posting. A cancel of a net whose start was posted
+  /// before and is carried out now, or waits for a device, comes after the starts: it finds the net in its first cycle,
+  /// or takes the start back. A rule whose condition can never hold any
   /// more, since a net in it has ended or is not known, is dropped and told as refused. Realtime: cyclic.
   void apply(std::int64_t cycle);
 
@@ -33,6 +35,7 @@ class RuleBook {
     RequestId id = 0;
     Rule rule;
     bool fires = false, over = false;
+    int turn = -1;
     NetId hopeless = 0;  ///< the net because of which it can never fire; 0: it may
     /// Cycle from which the other transaction waits for rest: the action was refused, and the nets that the rule is
     /// about have ended.
@@ -44,6 +47,12 @@ class RuleBook {
   [[nodiscard]] bool holds(const Term& term) const;
   /// A net of the condition that has come to its end without what is asked of it; 0: none.
   [[nodiscard]] NetId hopeless_net(const Condition& condition) const;
+  /// The turn in which an entry that fires is carried out.
+  [[nodiscard]] int turn_of(std::size_t entry) const;
+  /// The start of the net was posted before this entry and has not been carried out; -1: there is none.
+  [[nodiscard]] int start_before(std::size_t entry, NetId net) const;
+  /// Takes back the starts that wait for a device and whose nets are cancelled. @return false if nothing is left to do.
+  bool take_back_starts(std::size_t entry, std::int64_t cycle);
   /// True if the entry is to be looked at in this cycle.
   [[nodiscard]] bool is_due(const Entry& entry, std::int64_t cycle) const;
   /// A net of the condition, or one that the rule was to end, is still active.

@@ -383,6 +383,11 @@ void break_maps() {
   const auto mapped = map(unplanned);
   ASSERT_FALSE(mapped);
   expect_told(mapped.error(), "/move", Code::kRequires);
+  // Only of the root of a tree.
+  const RuntimeCommand first = driver(world, "first"), after = lamp(world, "after");
+  TransactionCommand whole = all_of(first, after);
+  whole.on_left(whole.active(), start(after));
+  expect_told(check(whole), "/all/handlers/0", Code::kNeverFires);
 }
 
 void once(void (*table)()) {

@@ -1,6 +1,10 @@
 // One driver (row O4): Merge, shared devices, and the proof that fragments exclude each other, by hand and against all
 // that can really happen.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -273,6 +277,139 @@ TEST(Exclusion, RowO4SharingADeviceNeedsTheProof) {
   EXPECT_THAT(net.error(), Reports(Code::kResourceConflict, "/fragments/1/net/primitives/0/parameters/device",
                                    {"left", "a/drive", "b/drive", "x.out"}));
   EXPECT_FALSE(load(two_drivers("x.out", "")).has_value()) << "b never rests";
+}
+
+/// Fragments that drive one device, each active by one of these ports.
+void add_drivers(NetDescription& net, const std::vector<std::string>& actives) {
+  for (std::size_t i = 0; i < actives.size(); ++i) {
+    FragmentDescription fragment;
+    fragment.id = fmt::format("f{}", i);
+    fragment.net.add("drive", "TestDrive", {{"device", "left"}, {"speed", 1}, {"in", 0}});
+    net.fragments.push_back(fragment);
+    net.link(actives[i], fragment.id + ".active");
+  }
+}
+
+/// So many conditions of which the first one that is true has its turn: active = wanted and none before is.
+NetDescription take_turns(int count) {
+  NetDescription net;
+  net.add("end", "TestEnd").add("w0", "TestTernary");
+  std::vector<std::string> actives{"w0.out"};
+  std::string taken = "w0.out";
+  for (int i = 1; i < count; ++i) {
+    const std::string n = std::to_string(i), own = "a" + n + ".out";
+    net.add("w" + n, "TestTernary").add("free" + n, "TestNot").add("a" + n, "TestAnd").add("taken" + n, "TestOr");
+    net.link(taken, "free" + n + ".in")
+        .link("w" + n + ".out", "a" + n + ".a")
+        .link("free" + n + ".out", "a" + n + ".b");
+    net.link(taken, "taken" + n + ".a").link(own, "taken" + n + ".b");
+    actives.push_back(own);
+    taken = "taken" + n + ".out";
+  }
+  add_drivers(net, actives);
+  return net;
+}
+
+/// A port of the outermost level by the name that the compiled net has for it.
+std::string full_name(const NetDescription& net, const std::string& port) {
+  const std::string id = port.substr(0, port.find('.'));
+  const auto fragment = std::ranges::find(net.fragments, id, &FragmentDescription::id);
+  return fragment == net.fragments.end() ? port : id + "/" + fragment->outputs.front().second;
+}
+
+TEST(Exclusion, RowO4ManyFragmentsTakeTurnsOnOneDevice) {
+  for (const int count : {2, 17, 64, 65, 1000, 1100}) {
+    const auto net = load(take_turns(count));
+    ASSERT_TRUE(net.has_value()) << count << " " << net.error().to_string().substr(0, 500);
+    EXPECT_TRUE((*net)->report().exclusions.front().proven);
+  }
+}
+
+/// The proof of a chain does not overlook the one fragment that does not wait for its turn.
+TEST(Exclusion, RowO4OneOfManyThatDoesNotWaitIsFound) {
+  for (const int count : {3, 40, 1100}) {
+    for (const int bad : {1, count / 2, count - 1}) {
+      NetDescription net = take_turns(count);
+      const std::string free = fmt::format("free{}.in", bad);
+      const auto link = std::ranges::find(net.links, free, &LinkDescription::to);
+      link->from = fmt::format("w{}.out", bad);
+      const auto wanted = std::ranges::find(net.links, fmt::format("a{}.a", bad), &LinkDescription::to);
+      wanted->from = "w0.out";
+      const auto compiled = load(net);
+      ASSERT_FALSE(compiled.has_value()) << bad << " of " << count;
+      EXPECT_THAT(compiled.error(),
+                  takt::test::ReportsAnywhere(Code::kResourceConflict, {"left", fmt::format("f{}/drive", bad)}));
+    }
+  }
+}
+
+/// Several fragments by formulas of some depth, some of them inside of fragments that rest: what LOAD accepts never
+/// runs together, and what it refuses does.
+TEST(Exclusion, RowO4TheProofOfDriversIsRightAndCompleteForRandomFormulas) {
+  constexpr int kConditions = 3, kDrivers = 4;
+  int accepted = 0, refused = 0;
+  for (int seed = 0; seed < 1500; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed), "drivers");
+    NetDescription net;
+    net.add("end", "TestEnd");
+    std::vector<std::string> ports;
+    for (int i = 0; i < kConditions; ++i) {
+      net.add(fmt::format("x{}", i), "TestTernary", {{"weight", static_cast<int>(std::pow(3, i))}});
+      ports.push_back(fmt::format("x{}.out", i));
+    }
+    const auto any = [&] { return ports[random.bits() % ports.size()]; };
+    for (int i = 0; i < 12; ++i) {
+      static const std::array<std::string, 5> kTypes = {"TestNot", "TestAnd", "TestOr", "TestNot", "TestElse"};
+      const std::string &type = kTypes[random.bits() % kTypes.size()], id = fmt::format("g{}", i);
+      FragmentDescription inside;
+      inside.id = fmt::format("i{}", i);
+      const bool gated = random.bits() % 4 == 0;
+      (gated ? inside.net : net).add(id, type);
+      const std::string prefix = gated ? inside.id + "." : id + ".";
+      const bool single = type == "TestNot";
+      for (const char* port : {"in", "a", "b"}) {
+        if (single != (std::string(port) == "in")) continue;
+        if (gated) inside.inputs.emplace_back(port, id + "." + port);
+        net.link(any(), prefix + port);
+      }
+      if (gated) {
+        inside.outputs.emplace_back("out", id + ".out");
+        net.link(any(), inside.id + ".active");
+        net.fragments.push_back(inside);
+      }
+      ports.push_back(prefix + "out");
+    }
+    std::vector<std::string> actives{any()};
+    std::string taken = actives.front();  // half of them wait for those before
+    for (int i = 1; i < kDrivers; ++i) {
+      const std::string n = std::to_string(i);
+      net.add("free" + n, "TestNot").add("a" + n, "TestAnd").add("taken" + n, "TestOr");
+      net.link(random.bits() % 8 == 0 ? any() : taken, "free" + n + ".in");
+      net.link(any(), "a" + n + ".a").link("free" + n + ".out", "a" + n + ".b");
+      net.link(taken, "taken" + n + ".a").link("a" + n + ".out", "taken" + n + ".b");
+      actives.push_back("a" + n + ".out");
+      taken = "taken" + n + ".out";
+    }
+    NetDescription with_drivers = net, bare = net;
+    add_drivers(with_drivers, actives);
+    const bool claim = load(with_drivers).has_value();
+    const auto compiled = make_net(bare);
+    bool conflict = false;
+    for (int i = 0; i < std::pow(3, kConditions); ++i) {
+      Cycle cycle;
+      cycle.index = i;
+      compiled->evaluate(cycle);
+      const auto runs = [&](const std::string& port) {
+        const auto* slot = compiled->find<Boolean>(full_name(bare, port));
+        return slot->null == 0 && slot->value;
+      };
+      conflict = conflict || std::ranges::count_if(actives, runs) > 1;
+    }
+    ASSERT_EQ(claim, !conflict) << "seed " << seed << "\n" << net_to_json(with_drivers).dump(1);
+    ++(claim ? accepted : refused);
+  }
+  EXPECT_GT(accepted, 200);
+  EXPECT_GT(refused, 200);
 }
 
 // Meanings.

@@ -272,6 +272,35 @@ TEST_F(ArmPrimitives, ABoundedToolIsNotFasterWhileJointsChangeTheirRates) {
   }
 }
 
+/// Joints that are led to their rates together change them more slowly than they could, and keep their limits too.
+TEST_F(ArmPrimitives, JointsOfABoundedToolNeverBreakALimit) {
+  const motion::JointLimits& limits = arm.limits;
+  const auto list = [](const kinematics::JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
+  for (std::uint64_t run = 1; run <= 40; ++run) {
+    PrimitiveHarness jog("DifferentialInverseKinematics",
+                         {{"device", "arm"}, {"linear_max", 1.5}, {"angular_max", 4.0}}, options);
+    LimitOracle judge(
+        {list(limits.lower), list(limits.upper), list(limits.velocity), list(limits.acceleration), list(limits.jerk)},
+        kPeriod, 1e-13);
+    Random wishes(run);
+    const auto part = [&] { return wishes.uniform(-1.0, 1.0); };
+    int next = 0;
+    for (int k = 0; k < 3000; ++k) {
+      if (k == next) {
+        next += static_cast<int>(wishes.uniform(10.0, 300.0));
+        const Vector v(part(), part(), part()), w(part(), part(), part());
+        jog.set("twist", Twist{1.5 * v.normalized(), 4.0 * w.normalized()});
+      }
+      jog.step();
+      judge.add(list(kinematics::JointVector(jog.get<JointArray>("q")->map())));
+    }
+    EXPECT_LE(judge.range_excess, 1e-9) << run;
+    EXPECT_LE(judge.velocity.share, 1.0 + 1e-6) << run;
+    EXPECT_LE(judge.acceleration.share, 1.0 + 1e-4) << run;
+    EXPECT_LE(judge.jerk.share, 1.0 + 1e-3) << run;
+  }
+}
+
 TEST_F(ArmPrimitives, JoggedJointsKeepTheDirectionOfTheToolAndRestWithoutAWish) {
   PrimitiveHarness jog("JointJog", {{"device", "arm"}, {"linear_max", 0.1}, {"angular_max", 10.0}}, options);
   kinematics::JointVector rates = kinematics::JointVector::Zero(arm.home.size());

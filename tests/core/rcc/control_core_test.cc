@@ -1,5 +1,6 @@
 #include "core/rcc/control_core.h"
 
+#include <algorithm>
 #include <limits>
 
 #include <gmock/gmock.h>
@@ -98,6 +99,60 @@ TEST_F(ControlCoreTest, L6_ANetThatIgnoresItsCancelIsAborted) {
   EXPECT_EQ(core->state(stubborn), NetState::kTerminated);
   EXPECT_EQ(core->status(stubborn).cause.code, Cause::Code::kAborted);
   EXPECT_EQ(core->find_arm("left")->phase(), device::Arm::Phase::kBraking);
+}
+
+TEST_F(ControlCoreTest, L6_TheBoundOfACancelCountsFromTheLastThatGoesOn) {
+  NetDescription net;
+  net.name = "cleans up";
+  net.add("timer", "OnDelay", {{"input", true}, {"delay", 0.05}}).add("busy", "Not").add("end", "Termination");
+  net.add("cancel", "Cancel").link("timer.value", "busy.input");
+  net.primitives[2].parameters["condition"] = false;
+  const auto stubborn = load(net, {.cancel_bound_cycles = 10, .goes_on = "busy.value"});
+  core->start(stubborn);
+  steps(5);
+  core->cancel(stubborn);
+  steps(50);
+  EXPECT_EQ(core->state(stubborn), NetState::kCanceling);
+  steps(10);
+  EXPECT_EQ(core->state(stubborn), NetState::kTerminated);
+  EXPECT_EQ(core->status(stubborn).cause.code, Cause::Code::kAborted);
+  const auto unknown = core->load(net, {.goes_on = "bisy.value"});
+  EXPECT_THAT(unknown, Reports(Code::kUnknownName, "/goes_on", {"bisy.value"}));
+}
+
+TEST_F(ControlCoreTest, L2_ACancelPostedAfterAStartFindsTheNetInItsFirstCycle) {
+  const auto ptp = load_ptp("left", zero, goal);
+  const auto start = core->start(ptp), cancel = core->cancel(ptp);
+  steps(1);
+  EXPECT_EQ(core->state(ptp), NetState::kCanceling);
+  for (const auto& event : core->events()) EXPECT_NE(event.kind, rcc::Event::Kind::kRefused);
+  EXPECT_NE(start, cancel);
+  ASSERT_TRUE(run_to_end(ptp, 10));
+  EXPECT_EQ(core->status(ptp).cause.code, Cause::Code::kCancelled);
+  EXPECT_LT(left_backend->sent.back().q.norm(), 1e-12) << "nothing has moved";
+
+  const auto early = load_ptp("left", zero, goal);
+  const auto refused = core->cancel(early);
+  (void)core->start(early);
+  steps(1);
+  EXPECT_EQ(core->state(early), NetState::kRunning) << "it was not there yet when it was to be cancelled";
+  EXPECT_TRUE(std::ranges::any_of(core->events(), [&](const rcc::Event& event) {
+    return event.kind == rcc::Event::Kind::kRefused && event.request == refused;
+  }));
+}
+
+TEST_F(ControlCoreTest, S3_AnArmThatItsBrakesHaveStoppedIsAtRest) {
+  const auto ptp = load_ptp("left", zero, goal);
+  core->start(ptp);
+  steps(300);
+  const device::Arm& left = *core->find_arm("left");
+  EXPECT_FALSE(left.at_rest());
+  left_backend->brake();
+  left_backend->state().braked = true;
+  steps(5);
+  EXPECT_EQ(core->status(ptp).cause.code, Cause::Code::kDevice);
+  EXPECT_TRUE(left.lost());
+  EXPECT_TRUE(left.at_rest()) << "its last set point moved, but it does not";
 }
 
 TEST_F(ControlCoreTest, L2_AbortBrakesAtOnceWithinTheLimits) {

@@ -1,4 +1,6 @@
 // Control modes of arms: what LOAD says of them, what a START does, and who else may change them (row L4).
+#include <map>
+
 #include <gtest/gtest.h>
 
 #include "tests/core/rcc/fixture.h"
@@ -86,6 +88,21 @@ TEST_F(ControlModesTest, L4_AStartWaitsForAChangeAtStandstillAndItsDeclaredTime)
   steps(5);
   EXPECT_EQ(core->state(net), NetState::kRunning);
   EXPECT_EQ(left_backend->given.back(), description->impedance.joint.standard);
+}
+
+TEST_F(ControlModesTest, L2_ACancelTakesBackAStartThatWaitsForTheDevice) {
+  const auto net = load(in(ControlMode::kJointImpedance));
+  const auto start = core->start(net);
+  steps(3);
+  EXPECT_EQ(core->state(net), NetState::kReady);
+  const auto cancel = core->cancel(net);
+  steps(1);
+  std::map<rcc::RequestId, rcc::Event::Kind> answers;
+  for (const rcc::Event& event : core->events()) answers[event.request] = event.kind;
+  EXPECT_EQ(answers.at(start), rcc::Event::Kind::kRefused);
+  EXPECT_EQ(answers.at(cancel), rcc::Event::Kind::kDone);
+  steps(100);
+  EXPECT_EQ(core->state(net), NetState::kReady) << "it never runs";
 }
 
 TEST_F(ControlModesTest, L4_AStartIsRefusedWhereTheClassForbidsTheChange) {
