@@ -34,19 +34,26 @@ using activity::Activity;
 using activity::ActivityError;
 using activity::guarded_outcome;
 using activity::GuardedOutcome;
+using activity::press_outcome;
+using activity::PressOutcome;
 using activity::ProgramCancelled;
 using activity::Reaction;
 using activity::RunFailure;
 using activity::RunPtr;
+using activity::RunView;
 using activity::RunState;
 using activity::ScopedFrame;
 
 // Who does it, and what it offers.
 using activity::Actuator;
+using activity::ActuatorInterface;
 using activity::ComposedDevice;
 using activity::ControlModeInterface;
+using activity::DeviceInterface;
+using activity::DevicePart;
 using activity::FollowInterface;
 using activity::ForceInterface;
+using activity::Frame;
 using activity::FreedriveInterface;
 using activity::GrippingInterface;
 using activity::HoldInterface;

@@ -19,7 +19,7 @@
 /// What an activity is made of (docs/activity-layer.md). Realtime: setup.
 namespace takt::activity {
 
-class ActivityRun;
+class RunView;
 
 /// A motion that another one may go on with, and how far before its goal.
 struct BlendSource {
@@ -62,6 +62,7 @@ struct PlanningContext {
   Nanoseconds period = kMillisecond;
   std::map<std::string, Predecessor, std::less<>> predecessors;  ///< of each of its actuators
   bool checks_collisions = false;  ///< of programs that nobody rehearses: planned motions must not collide
+  bool is_part = false;            ///< something may come after it in the same net
   /// Of these programs: what other machines do meanwhile, as far as it is planned.
   std::vector<MotionBeside> beside = {};
 };
@@ -115,7 +116,9 @@ struct PlannedActivity {
   std::set<std::string, std::less<>> touching = {};
   /// What has come of it, asked once its net has ended in order and was not cancelled: errors make the run fail
   /// (RunFailure::kAborted). Empty: nothing can be wrong.
-  std::function<Diagnostics(const ActivityRun&)> verdict = {};
+  std::function<Diagnostics(const RunView&)> verdict = {};
+  /// Its net knows that it may fail: what follows on its actuators waits for its end, as far as it is not continued.
+  bool can_fail = false;
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,

@@ -24,6 +24,8 @@ struct Preparation {
   double total = 0.0;  ///< planning, mapping to a net, LOAD
 };
 
+class RunView;
+
 /// One execution of an activity. Shared by the scheduler, which moves it on, and whoever asked for it. Thread: the
 /// program's. Realtime: setup.
 class ActivityRun {
@@ -38,9 +40,9 @@ class ActivityRun {
   /// It has begun to act, or is over.
   [[nodiscard]] bool started() const { return began_ || over(); }
   [[nodiscard]] bool over() const { return is_final(state_); }
-  /// Why it failed.
-  [[nodiscard]] RunFailure failure() const { return failure_; }
-  [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
+  /// Why it failed. Whoever asks has taken its outcome: the program knows of it (Runtime::untaken_failures()).
+  [[nodiscard]] RunFailure failure() const { return taken(failure_); }
+  [[nodiscard]] const Diagnostics& diagnostics() const { return taken(diagnostics_); }
   /// The same with locations below the activity, without its name: for who has a location of its own for it.
   [[nodiscard]] Diagnostics diagnostics_inside() const;
   /// It went on with its predecessor in motion.
@@ -68,9 +70,12 @@ class ActivityRun {
   [[nodiscard]] rcc::NetHandle compiled_net() const {
     return unloaded_ != nullptr || net_ == 0 ? unloaded_ : core_.net(net_);
   }
+  /// One part of a composition, by its number from 0: "/1", "/1/0" inside of it.
+  [[nodiscard]] RunView inside(const std::string& part) const;
   /// There is an observation of this name.
-  [[nodiscard]] bool observes(const std::string& observation) const { return observed_.contains(observation); }
-  /// The newest value of an observation of the command (Command::observe, capture). T: any value type.
+  [[nodiscard]] bool observes(const std::string& observation) const { return port_of(observation) != nullptr; }
+  /// The newest value of an observation of the command (Command::observe, capture). T: any value type. Of a composition
+  /// whose parts have it: that of the only part that does.
   template <class T>
   [[nodiscard]] std::optional<T> value(const std::string& observation) const;
 
@@ -84,6 +89,8 @@ class ActivityRun {
 
  private:
   friend class Scheduler;
+  friend class Runtime;
+  friend class RunView;
   friend class RunPlanner;
   friend class StartConditions;
 
@@ -96,7 +103,16 @@ class ActivityRun {
     /// Its rate does not change.
     [[nodiscard]] bool is_steady() const { return rate->value > 0.0 && rate_derivative->value == 0.0; }
   };
+  template <class T>
+  [[nodiscard]] const T& taken(const T& outcome) const {
+    taken_ = taken_ || state_ == RunState::kFailed;
+    return outcome;
+  }
   [[nodiscard]] rcc::NetStatus status() const;
+  /// Null: nothing of this name, or several parts have it.
+  [[nodiscard]] const std::string* port_of(const std::string& observation) const;
+  /// The only part that observes it; empty: the run itself does, none does, or several do.
+  [[nodiscard]] std::string only_part_with(const std::string& observation) const;
   [[nodiscard]] bool shares_actuator(const ActivityRun& other) const;
   /// Null: the command is no planned motion of this run.
   [[nodiscard]] const Clock* clock_of(const command::SubjectPtr& command) const;
@@ -119,6 +135,8 @@ class ActivityRun {
   RunFailure failure_ = RunFailure::kNone;
   Diagnostics diagnostics_;
   bool wants_cancel_ = false, began_ = false, blended_ = false;
+  mutable bool taken_ = false;                 ///< somebody has asked what came of it
+  int awaited_ = 0;                            ///< so many wait for it
   bool after_all_ = false;                     ///< no rule has room for its predecessors: it begins when all are over
   std::shared_ptr<PlanningJob> job_;           ///< that is being planned
   std::shared_ptr<PlanningJob> planned_with_;  ///< that it was planned by
@@ -146,13 +164,54 @@ class ActivityRun {
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 
+/// What can be read of a run, or of one part of a composition. A cheap value; the run outlives it. Thread: the
+/// program's.
+class RunView {
+ public:
+  RunView(const ActivityRun& run, std::string part = {})  // NOLINT: a run is a view of itself
+      : run_(run), part_(std::move(part)) {}
+
+  /// It is no part of a composition.
+  [[nodiscard]] bool is_whole() const { return part_.empty(); }
+  [[nodiscard]] RunView inside(const std::string& part) const { return {run_, part_ + part}; }
+  [[nodiscard]] const std::string& name() const { return run_.name(); }
+  /// Of a part: queued where it has not begun, running until it ended.
+  [[nodiscard]] RunState state() const;
+  [[nodiscard]] RunFailure failure() const;
+  /// Of a composition the only part that observes this, else itself.
+  [[nodiscard]] RunView narrowed_to(const std::string& observation) const;
+  [[nodiscard]] bool observes(const std::string& observation) const { return run_.observes(named(observation)); }
+  template <class T>
+  [[nodiscard]] std::optional<T> value(const std::string& observation) const {
+    return run_.value<T>(named(observation));
+  }
+  [[nodiscard]] bool was_true(const std::string& observation) const { return run_.was_true(named(observation)); }
+
+ private:
+  [[nodiscard]] std::string named(const std::string& observation) const {
+    return command::scoped_name(part_, observation);
+  }
+
+  const ActivityRun& run_;
+  std::string part_;
+};
+
+/// What a part shows of its life beside what its command observes.
+inline constexpr const char *kPartStarted = "part started", *kPartCompleted = "part completed",
+                            *kPartCancelled = "part cancelled", *kPartFailed = "part failed";
+
 /// What is wrong where a state that must not hold has ended a run. @param silent  it was unknown whether it holds
 void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
 
-/// The command is cancelled when a state holds, or is null (row N3), and shows that. @param key  with which the names
-/// of what it shows begin
+/// The state has held, or was null (row N3), while the command ran: what it fails by (Command::fails_if).
+[[nodiscard]] command::State not_allowed(const command::State& state, const command::Command& command);
+/// Likewise of a guarded motion: its condition was null before it held; and where it must hold, it never did and nobody
+/// cancelled the motion.
+[[nodiscard]] command::State not_touched(const command::State& until, bool must_touch, const command::Command& command);
+/// The command is cancelled when a state holds, or is null (row N3), fails, and shows that. @param key  with which the
+/// names of what it shows begin
 void add_abort(command::Command& command, const command::State& state, const std::string& key);
 /// The same as an error at "/abort_if" once it has ended; empty: the state never held.
-[[nodiscard]] Diagnostics abort_diagnostics(const ActivityRun& run, const std::string& key);
+[[nodiscard]] Diagnostics abort_diagnostics(const RunView& run, const std::string& key);
 
 }  // namespace takt::activity

@@ -79,6 +79,7 @@ void add_abort(const std::vector<std::optional<State>>& abort_if, const command:
     if (i > 0) holds = holds && action.via_passed(i - 1);
     if (i < static_cast<int>(motion.handed_over.size())) holds = holds && !action.via_passed(i);
     command.on_entered(holds, cancel(command));
+    command.fails_if(not_allowed(holds, command));
     command.capture(entry.broken(i - entry.before), action.progress(), holds);
     command.capture(entry.silent(i - entry.before), action.progress(), is_null(command::BooleanSensor(holds.node())));
   }
@@ -117,12 +118,14 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
   if (dual.offset) {
     const State silent = action.state("no_force");
     command.on_entered(silent, cancel(command));
+    command.fails_if(silent.once());
     command.capture(entry.no_force, command::tool_pose(cell, dual.clock), silent);
   }
   if (!options.until) return command;
   State until = *options.until;
   if (!motion.handed_over.empty()) until = until && action.via_passed(static_cast<int>(motion.handed_over.size()) - 1);
   command.on_entered(until, cancel(command));
+  command.fails_if(not_touched(until, options.must_touch, command));
   // A sensor that is silent stops the arm, but it has not felt anything.
   command.capture(entry.touch, command::tool_pose(cell, dual.clock), until);
   if (const auto wrench = wrench_in(options.until->node()); wrench != nullptr)
@@ -201,6 +204,23 @@ Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionOptio
   if (plans.offset->first == 0 || (dual.from_blend && check(*dual.from_blend, kFromBlend).has_errors()))
     dual.from_blend.reset();
   return {};
+}
+
+GuardedOutcome outcome_of(const RunView& run, const GuardedEnd& end) {
+  using enum GuardedOutcome::Kind;
+  constexpr double kRounding = 1e-9;
+  bool at_goal = false;
+  for (const Entry& entry : {kFromRest, kFromBlend}) {
+    at_goal = at_goal || run.value<net::Real>(entry.progress).value_or(0.0) > 1.0 - kRounding;
+    const auto touch = run.value<net::Frame>(entry.touch);
+    if (!touch) continue;
+    GuardedOutcome outcome{.kind = kTouched, .X_BT = touch};
+    if (const auto felt = run.value<net::Vector>(entry.force)) outcome.force = *felt;
+    return outcome;
+  }
+  if (at_goal) return {.kind = kNotTouched};
+  const bool in_order = run.state() == RunState::kCompleted || run.failure() == RunFailure::kAborted;
+  return {.kind = in_order && !end.broken && !end.no_force ? kSensorSilent : kInterrupted};
 }
 
 void add_last(const command::SubjectPtr& command, const BlendSource& motion, PlannedActivity& prepared) {
@@ -313,25 +333,13 @@ std::string_view name_of(GuardedOutcome::Kind kind) {
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
-GuardedOutcome guarded_outcome(const ActivityRun& run) {
-  using enum GuardedOutcome::Kind;
-  constexpr double kRounding = 1e-9;
-  bool at_goal = false;
-  for (const Entry& entry : {kFromRest, kFromBlend}) {
-    at_goal = at_goal || run.value<net::Real>(entry.progress).value_or(0.0) > 1.0 - kRounding;
-    const auto touch = run.value<net::Frame>(entry.touch);
-    if (!touch) continue;
-    GuardedOutcome outcome{.kind = kTouched, .X_BT = touch};
-    if (const auto felt = run.value<net::Vector>(entry.force)) outcome.force = *felt;
-    return outcome;
-  }
-  if (at_goal) return {.kind = kNotTouched};
-  return {.kind = run.state() == RunState::kCompleted ? kSensorSilent : kInterrupted};
+GuardedOutcome guarded_outcome(const RunView& run) {
+  constexpr int kMost = 100;  // motions in one
+  return guarded_end(run.narrowed_to(kFromRest.progress), kMost).outcome;
 }
 
-GuardedEnd guarded_end(const ActivityRun& run, int motions) {
+GuardedEnd guarded_end(const RunView& run, int motions) {
   GuardedEnd end;
-  end.outcome = guarded_outcome(run);
   for (const Entry& entry : {kFromRest, kFromBlend}) {
     end.no_force = end.no_force || run.value<net::Frame>(entry.no_force).has_value();
     for (int i = -1; i < motions; ++i) {
@@ -339,10 +347,31 @@ GuardedEnd guarded_end(const ActivityRun& run, int motions) {
       if (run.value<net::Real>(entry.broken(i))) end.broken = {.motion = i, .silent = false};
     }
   }
+  end.outcome = outcome_of(run, end);
   return end;
 }
 
-Diagnostics abort_diagnostics(const ActivityRun& run, int motions) {
+Diagnostics motion_diagnostics(const RunView& run, int motions, const MotionOptions& options) {
+  Diagnostics diagnostics = abort_diagnostics(run, motions);
+  const GuardedEnd end = guarded_end(run, motions);
+  if (end.broken) return diagnostics;
+  constexpr const char* kCheck = "check the sensor's power and wiring";
+  if (end.no_force)
+    diagnostics.error(Code::kSensorSilent, "/force_offset/sensor",
+                      "the sensor of the force did not answer, so the arm stopped on its path", kCheck);
+  const bool was_judged = run.is_whole() || run.was_true(kPartFailed);
+  if (!options.until || end.no_force || end.outcome.touched() || !was_judged) return diagnostics;
+  if (end.outcome.kind != GuardedOutcome::Kind::kNotTouched) {
+    diagnostics.error(Code::kSensorSilent, "/until",
+                      "a sensor of the condition did not answer, so the arm stopped on its path", kCheck);
+  } else if (options.must_touch) {
+    diagnostics.error(Code::kConditionNotMet, "/until", "the motion reached its end and the condition never held",
+                      "use a longer motion or another threshold, or set must_touch to false");
+  }
+  return diagnostics;
+}
+
+Diagnostics abort_diagnostics(const RunView& run, int motions) {
   Diagnostics diagnostics;
   const auto broken = guarded_end(run, motions).broken;
   if (!broken) return diagnostics;

@@ -66,8 +66,8 @@ class MotionActivity final : public ActivityModel {
     }
     auto prepared = prepare_dual_entry(planning, std::move(plans), own);
     if (prepared)
-      prepared->verdict = [count = static_cast<int>(parts_.size())](const ActivityRun& run) {
-        return abort_diagnostics(run, count);
+      prepared->verdict = [count = static_cast<int>(parts_.size()), options = options_](const RunView& run) {
+        return motion_diagnostics(run, count, options);
       };
     return prepared;
   }

@@ -42,6 +42,7 @@ struct MotionOptions {
   BlendingCondition blend = {};                ///< into the motion after it; not with `until`
   /// The arm brakes on its path when this holds (or is unknown, row N3): a guarded motion.
   std::optional<command::State> until = {};
+  bool must_touch = true;  ///< it fails where it comes to its goal and `until` has not held
   /// Must not hold while this motion is done, nor on what a successor does of it: the arm brakes on its path then, or
   /// when it is null (row N3), and the run fails (RunFailure::kAborted). It may be blended.
   std::optional<command::State> abort_if = {};

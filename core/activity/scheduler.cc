@@ -240,6 +240,8 @@ void Scheduler::give_up_followers(const ActivityRun& run) {
   for (const RunPtr& other : runs_) {
     if (other.get() == &run) behind = true;
     if (!behind || other.get() == &run || !is_waiting(other->state()) || !other->shares_actuator(run)) continue;
+    // Whoever asks for a cancel knows what was to follow.
+    other->taken_ = run.state_ == RunState::kCancelled || (run.failure_ == RunFailure::kGivenUp && run.taken_);
     fail(*other, RunFailure::kGivenUp,
          single_diagnostic(Code::kStopped,
                            fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),

@@ -87,6 +87,9 @@ std::optional<PlanningContext> StartConditions::planning_context(const ActivityR
   if (!all_leave) {
     for (auto& [name, one] : planning.predecessors) one.leaving.reset();
   }
+  // Where it may have failed only its end says whether the next one may begin.
+  const auto can_fail = [](const ActivityRun* other) { return other->planned_.can_fail; };
+  if (!all_leave && std::ranges::any_of(before.running, can_fail)) return std::nullopt;
   // Without a seam only the end itself says that the next one may begin.
   const bool only_arms = std::ranges::all_of(own, [this](const auto& name) { return cell_.arms.contains(name); });
   if (!before.running.empty() && !only_arms) return std::nullopt;

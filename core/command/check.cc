@@ -44,6 +44,7 @@ class Checker {
       if (node(i).is_runtime()) check_runtime(i);
       if (node(i).is_wait()) check_wait(i);
       if (node(i).is_transaction()) check_transaction(i);
+      if (node(i).fails_if) formulas_.check(node(i).fails_if->node(), path(i) + "/fails_if");
       for (const Observation& observation : node(i).observations) check_observation(i, observation);
     }
     for (const auto& handler : tree_.handlers()) check_handler(handler);
@@ -77,8 +78,9 @@ class Checker {
 
   void check_observation(int i, const Observation& observation) {
     const std::string location = path(i) + "/observations" + pointer_segment(observation.name);
-    if (!observed_.insert(observation.name).second) {
-      diagnostics_.error(Code::kDuplicate, location, fmt::format("'{}' is observed twice", observation.name),
+    const std::string name = tree_.name_of(i, observation);
+    if (!observed_.insert(name).second) {
+      diagnostics_.error(Code::kDuplicate, location, fmt::format("'{}' is observed twice", name),
                          "each name once in a tree");
     }
     formulas_.check(observation.value, location);

@@ -36,6 +36,15 @@ Command& Command::on_left(State state, Effect effect, Trigger trigger) {
   return *this;
 }
 
+std::string scoped_name(const std::string& part, const std::string& observation) {
+  return part.empty() || observation.starts_with('/') ? part + observation : part + " " + observation;
+}
+
+Command& Command::fails_if(const State& state) {
+  node_->fails_if = node_->fails_if ? *node_->fails_if || state : state;
+  return *this;
+}
+
 Command& Command::observe_node(std::string name, ExpressionPtr value, ExpressionPtr when) {
   node_->observations.push_back({std::move(name), std::move(value), std::move(when)});
   return *this;

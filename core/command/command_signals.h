@@ -34,7 +34,7 @@ class CommandSignals {
   [[nodiscard]] Signal cancelled(int i);
   [[nodiscard]] Signal done(int i);
   [[nodiscard]] Signal ended(int i);
-  /// By name: "started", "active", "stopped", "cancelled", "timed_out", "completed".
+  /// By name: "started", "active", "stopped", "cancelled", "failed", "timed_out", "completed".
   [[nodiscard]] Signal state(int i, const std::string& name);
 
   /// Commands with actions that share a device with this one and come before it.
@@ -42,7 +42,7 @@ class CommandSignals {
 
  private:
   struct Ports {
-    std::optional<Signal> started, ended, stop, cancel, cancelled, active, done, met;
+    std::optional<Signal> started, ended, stop, cancel, cancelled, active, done, met, failed;
   };
   [[nodiscard]] Ports& at(int i) { return ports_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const CommandNode& node(int i) const { return context_.node(i); }
@@ -52,7 +52,10 @@ class CommandSignals {
   [[nodiscard]] Signal memory(int i, const char* what, const Signal& request);
   [[nodiscard]] Signal forwarded(int i);
   [[nodiscard]] bool has_timeout(int i) const { return node(i).until && node(i).seconds; }
+  [[nodiscard]] Signal ended_in_order(int i);
   [[nodiscard]] Signal completed(int i);
+  [[nodiscard]] Signal failed(int i);
+  [[nodiscard]] Signal failed_itself(int i);
   [[nodiscard]] Signal met(int i);
   [[nodiscard]] Signal timed_out(int i);
   [[nodiscard]] Signal wait_done(int i);

@@ -48,22 +48,24 @@ Activity make_motion(Runtime& runtime, PathKind kind, const std::string& label, 
           motion_activity(label, arm, std::move(leg), options_of(*accepted, runtime.cell(), runtime.biases()))};
 }
 
-/// A `move` of a program: what must not hold and did makes its run fail.
+/// A `move` of a program: how it ended may make its run fail.
 class MoveActivity final : public ActivityModel {
  public:
-  explicit MoveActivity(std::shared_ptr<const RequestedMotion> motion)
-      : ActivityModel(motion->name()), motion_(std::move(motion)) {}
+  MoveActivity(std::shared_ptr<const RequestedMotion> motion, MotionOptions options)
+      : ActivityModel(motion->name()), motion_(std::move(motion)), options_(std::move(options)) {}
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return motion_->actuators(); }
   [[nodiscard]] bool avoids_others() const override { return true; }
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     auto planned = motion_->prepare(planning);
-    if (planned) planned->verdict = [](const ActivityRun& run) { return abort_diagnostics(run, 1); };
+    if (planned)
+      planned->verdict = [options = options_](const RunView& run) { return motion_diagnostics(run, 1, options); };
     return planned;
   }
 
  private:
   std::shared_ptr<const RequestedMotion> motion_;
+  MotionOptions options_;
 };
 
 template <class... Interfaces>
@@ -153,7 +155,8 @@ Activity PtpInterface::move(Goal goal, const MotionParameters& parameters, const
   task.avoidance = avoidance;
   const auto accepted = motion_parameters(PathKind::kMove).accept(std::move(task), runtime().cell());
   if (!accepted) return make(refused_activity(actuator() + " move", actuator(), accepted.error()));
-  return make(std::make_shared<const MoveActivity>(requested_motion({*accepted}, runtime().biases())));
+  return make(std::make_shared<const MoveActivity>(requested_motion({*accepted}, runtime().biases()),
+                                                   options_of(*accepted, runtime().cell(), runtime().biases())));
 }
 
 Activity LinInterface::lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {

@@ -72,7 +72,7 @@ class FreedriveActivity final : public ActivityModel {
     planned.returns = !modes_.empty();
     planned.touching = {parameters_.arm};
     planned.end_states[parameters_.arm] = {};
-    planned.verdict = [key = guided.name()](const ActivityRun& run) { return abort_diagnostics(run, key); };
+    planned.verdict = [key = guided.name()](const RunView& run) { return abort_diagnostics(run, key); };
     const ActuatorState& before = planning.predecessors.find(parameters_.arm)->second.at_end;
     // Where a change of the mode takes the set point to shows only then.
     if (modes_.empty() && before.q) planned.begins[parameters_.arm].push_back(seam_at_rest(*before.q));

@@ -72,10 +72,11 @@ class MotionCommand final : public OperationCommand {
       if (!theirs.empty()) made.places.emplace_back(theirs, places[i]);
     }
     moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
-    moved.observe(key + " completed", command::BooleanSensor(moved.completed().node()));
+    moved.observe(key + " over", moved.completed() || moved.failed());
     if (first_offset(requests)) {
       const State silent = action.state("no_force");
       moved.on_entered(silent, cancel(moved));
+      moved.fails_if(silent.once());
       moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
       made.handler_places.push_back(offset_place() + "/sensor");
     }
@@ -87,6 +88,7 @@ class MotionCommand final : public OperationCommand {
     if (requests.size() > 1) until = until && action.via_passed(static_cast<int>(requests.size()) - 2);
     moved.on_entered(until, cancel(moved));
     made.handler_places.push_back(places.back() + "/until");
+    moved.fails_if(not_touched(until, requests.back().must_touch, moved));
     moved.capture(key + " touch", touch, until);
     moved.capture(key + " silent", touch, is_null(command::BooleanSensor(until.node())));
     return made;
@@ -119,7 +121,7 @@ class MotionCommand final : public OperationCommand {
     rehearsal.touched[arm()] = requests.back().until.has_value();
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
     if (ended.value<net::Frame>(key + " no force")) {
       diagnostics.error(Code::kSensorSilent, pointer + offset_place() + "/sensor",
@@ -127,8 +129,8 @@ class MotionCommand final : public OperationCommand {
                         "check its power and its wiring");
     }
     report_broken(ended, key, diagnostics);
-    const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
-    if (!completed && !was_cancelled) return;  // it was never started
+    const bool over = ended.was_true(key + " over"), was_cancelled = ended.was_true(key + " cancelled");
+    if (!over && !was_cancelled) return;  // it was never started
     for (const std::string& device : actuator(context.cell).model().devices()) context.variables.touches.erase(device);
     if (!requests.back().until) return;
     if (const auto X = ended.value<net::Frame>(key + " touch"))
@@ -158,13 +160,14 @@ class MotionCommand final : public OperationCommand {
       if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
       if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
       made.command.on_entered(holds, cancel(made.command));
+      made.command.fails_if(not_allowed(holds, made.command));
       made.handler_places.push_back(places[i] + "/abort_if");
       made.command.capture(abort_name(key, i), action.progress(), holds);
       made.command.capture(abort_name(key, i) + " silent", action.progress(),
                            is_null(command::BooleanSensor(holds.node())));
     }
   }
-  void report_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
+  void report_broken(const RunView& ended, const std::string& key, Diagnostics& diagnostics) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const std::string place = pointer + places[i] + "/abort_if";
       if (ended.value<net::Real>(abort_name(key, i))) {

@@ -211,6 +211,7 @@ MotionOptions options_of(const MotionTask& motion, const command::Cell& cell, co
                         .blend = motion.blend,
                         .X_FM = motion.X_FM,
                         .weave = motion.weave};
+  options.must_touch = motion.must_touch;
   if (motion.until) options.until = command::state_of(*motion.until, cell, biases);
   if (motion.abort_if) options.abort_if = command::state_of(*motion.abort_if, cell, biases);
   const int joint_count = cell.arms.find(motion.arm)->second.device->description().chain->joint_count();

@@ -46,7 +46,7 @@ class TwoArmActivity final : public ActivityModel {
                                         .from_blend = plan_pair_on(planning, grasp_, makers),
                                         .abort_if = {options_.abort_if}},
                                        options_);
-    prepared.verdict = [](const ActivityRun& run) { return abort_diagnostics(run); };
+    prepared.verdict = [options = options_](const RunView& run) { return motion_diagnostics(run, 1, options); };
     return prepared;
   }
 
