@@ -142,8 +142,9 @@ int run_command_line(int argc, char** argv, const std::filesystem::path& file, c
       ->type_name("DIR")
       ->allow_extra_args(false);
   parser.add_flag("--json", arguments.json, "The report as JSON on stdout");
-  parser.add_flag("--step", arguments.step,
-                  "Wait before each activity: Enter begins it, c continues without stops, q or the end of input cancels");
+  parser.add_flag(
+      "--step", arguments.step,
+      "Wait before each activity: Enter begins it, c continues without stops, q or the end of input cancels");
   parser
       .add_option("--try-interruptions", arguments.try_every,
                   "Fork at every N-th cycle, and cancel, pause and abort the program there")

@@ -22,6 +22,7 @@
 #include "core/operations/actuator_interfaces.h"
 #include "core/operations/composed_device.h"
 #include "core/operations/frame_handle.h"
+#include "core/operations/pressing.h"
 #include "core/operations/two_arms.h"
 
 namespace takt::app {
@@ -40,8 +41,8 @@ using activity::ProgramCancelled;
 using activity::Reaction;
 using activity::RunFailure;
 using activity::RunPtr;
-using activity::RunView;
 using activity::RunState;
+using activity::RunView;
 using activity::ScopedFrame;
 
 // Who does it, and what it offers.

@@ -21,7 +21,7 @@ std::vector<std::string> roles_of(const std::vector<DevicePart>& parts) {
   return roles;
 }
 
-std::vector<DevicePart> parts_of(const std::vector<Actuator>& actuators) {
+std::vector<DevicePart> parts_of(std::initializer_list<Actuator> actuators) {
   std::vector<DevicePart> parts;
   for (const Actuator& one : actuators) parts.push_back({one.name(), one});
   return parts;
@@ -35,7 +35,7 @@ std::vector<DevicePart> parts_of(const std::vector<Actuator>& actuators) {
 
 }  // namespace
 
-ComposedDevice::ComposedDevice(std::string name, const std::vector<Actuator>& parts)
+ComposedDevice::ComposedDevice(std::string name, std::initializer_list<Actuator> parts)
     : ComposedDevice(std::move(name), parts_of(parts)) {}
 
 ComposedDevice::ComposedDevice(std::string name, std::vector<DevicePart> parts)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <concepts>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -28,7 +29,7 @@ class ComposedDevice {
   /// runtimes.
   ComposedDevice(std::string name, std::vector<DevicePart> parts);
   /// Their roles are their names.
-  ComposedDevice(std::string name, const std::vector<Actuator>& parts);
+  ComposedDevice(std::string name, std::initializer_list<Actuator> parts);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::vector<DevicePart>& parts() const { return parts_; }
@@ -36,7 +37,8 @@ class ComposedDevice {
   [[nodiscard]] const Actuator& part(const std::string& role) const;
   [[nodiscard]] bool has_part(const std::string& role) const { return find(role) != nullptr; }
 
-  /// An interface of the whole, or that of the one part that offers it. Throws ActivityError if none does, or several do.
+  /// An interface of the whole, or that of the one part that offers it. Throws ActivityError if none does, or several
+  /// do.
   template <class Interface>
   [[nodiscard]] Interface use() const {
     if constexpr (std::derived_from<Interface, DeviceInterface>) {
@@ -74,9 +76,9 @@ class ComposedDevice {
   std::vector<DevicePart> parts_;
 };
 
-/// Base class of the interfaces that a program gives to composed devices: `welder.use<WeldingInterface>()`. A class that
-/// derives from it has kName and `static bool offered_by(const ComposedDevice&)`, inherits the constructor, and makes
-/// its activities of the parts.
+/// Base class of the interfaces that a program gives to composed devices: `welder.use<WeldingInterface>()`. A class
+/// that derives from it has kName and `static bool offered_by(const ComposedDevice&)`, inherits the constructor, and
+/// makes its activities of the parts.
 class DeviceInterface {
  public:
   explicit DeviceInterface(ComposedDevice device) : device_(std::move(device)) {}

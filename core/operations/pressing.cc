@@ -105,7 +105,7 @@ class PressHistory {
     }
     if (abort_diagnostics(run_, key_).has_errors()) return PressOutcome::kAborted;
     if (has(PressEvent::kCancelled) || run_.state() == RunState::kCancelled) return PressOutcome::kInterrupted;
-    return run_.state() == RunState::kFailed ? PressOutcome::kStopped : PressOutcome::kRunning;
+    return run_.failure() == RunFailure::kNone ? PressOutcome::kRunning : PressOutcome::kStopped;
   }
 
  private:
@@ -249,9 +249,12 @@ class PressingCommand final : public OperationCommand {
 }  // namespace
 
 PressOutcome press_outcome(const RunView& run, const std::string& key) {
+  (void)run.failure();  // who asks for the outcome knows of it
   if (!key.empty()) return PressHistory(run, key).outcome();
-  for (const char* type : {"/press", "/search", "/wipe"})
-    if (run.observes(observation_of(PressEvent::kTouched, type))) return PressHistory(run, type).outcome();
+  for (const char* type : {"/press", "/search", "/wipe"}) {
+    const std::string touched = observation_of(PressEvent::kTouched, type);
+    if (run.observes(touched)) return PressHistory(run.narrowed_to(touched), type).outcome();
+  }
   return PressHistory(run, pointer_segment(run.name())).outcome();
 }
 

@@ -102,14 +102,12 @@ std::vector<Failing> all_failing() {
        Code::kConditionNotMet, "/travel_m"},
       {"wipe",
        [](auto& cell) {
-         return cell.robot.perform(WipeParameters{
-             .in = "arm", .centre = cell.robot.tool().translation(), .length = 0.02, .travel = 0.002});
+         return cell.robot.perform(
+             WipeParameters{.in = "arm", .centre = cell.robot.tool().translation(), .length = 0.02, .travel = 0.002});
        },
        Code::kConditionNotMet, "/travel_m"},
       {"guarded motion without a touch",
-       [](auto& cell) {
-         return cell.robot.template use<LinInterface>().lin_by(0.01 * kUp, {.until = cell.hard()});
-       },
+       [](auto& cell) { return cell.robot.template use<LinInterface>().lin_by(0.01 * kUp, {.until = cell.hard()}); },
        Code::kConditionNotMet, "/until"},
       {"guarded motion with a silent sensor",
        [](auto& cell) {
@@ -143,22 +141,33 @@ command::State always(VerdictCell& cell) { return !command::digital_input(cell.c
 
 std::vector<Composition> all_compositions() {
   return {
-      {"sequence", [](auto& cell, const auto& part) { return sequence({part, cell.output("lamp")}); }, "/0"},
-      {"sequence that it ends", [](auto& cell, const auto& part) { return sequence({cell.output("driver"), part}); },
+      {"sequence",
+       [](auto& cell, const auto& part) {
+         return sequence({part, cell.output("lamp")});
+       },
+       "/0"},
+      {"sequence that it ends",
+       [](auto& cell, const auto& part) {
+         return sequence({cell.output("driver"), part});
+       },
        "/1"},
       {"nested sequence",
        [](auto& cell, const auto& part) {
          return sequence({cell.output("driver"), sequence({part, cell.output("driver")}), cell.output("lamp")});
        },
        "/1/0"},
-      {"parallel", [](auto& cell, const auto& part) { return parallel({cell.endless("endless"), part}); }, "/1"},
+      {"parallel",
+       [](auto& cell, const auto& part) {
+         return parallel({cell.endless("endless"), part});
+       },
+       "/1"},
       {"sequence of a parallel",
        [](auto& cell, const auto& part) {
          return sequence({parallel({part, cell.endless("endless")}), cell.output("lamp")});
        },
        "/0/0"},
-      {"condition",
-       [](auto& cell, const auto& part) { return conditional(always(cell), part, cell.output("lamp")); }, "/0"},
+      {"condition", [](auto& cell, const auto& part) { return conditional(always(cell), part, cell.output("lamp")); },
+       "/0"},
       {"sequence of a condition",
        [](auto& cell, const auto& part) {
          return sequence({conditional(!always(cell), cell.output("lamp"), part), cell.output("lamp")});
@@ -260,8 +269,7 @@ TEST(CompositionVerdict, SeveralOperationsOfOneKindHaveOutcomesOfTheirOwn) {
 
 TEST(CompositionVerdict, GuardedMotionsAndPressesOfOneCompositionAreToldApart) {
   VerdictCell cell;
-  const auto guarded =
-      cell.robot.use<LinInterface>().lin_by(0.01 * kUp, {.until = cell.hard(), .must_touch = false});
+  const auto guarded = cell.robot.use<LinInterface>().lin_by(0.01 * kUp, {.until = cell.hard(), .must_touch = false});
   const auto press = [&](double travel) {
     return cell.robot.use<ForceInterface>().press(
         {.direction = kUp, .in = "arm", .travel = travel, .until = is_less(norm(force(cell.felt())), 1.0)});
@@ -302,16 +310,13 @@ TEST(CompositionVerdict, ATransactionFailsWithAWaitInItAsInAFile) {
 
 class UnawaitedFailure : public testing::Test {
  protected:
-  test::CommandCell cell{[](test::CommandCell& own) {
-    EXPECT_FALSE(activity::declare_channels(own.core, own.cell).has_errors());
-  }};
+  test::CommandCell cell{
+      [](test::CommandCell& own) { EXPECT_FALSE(activity::declare_channels(own.core, own.cell).has_errors()); }};
   std::vector<std::string> events;
-  Runtime program{cell.core, cell.cell, [this] { cell.step(); },
-                  {.event = [this](auto source, auto name, auto text) {
+  Runtime program{cell.core, cell.cell, [this] { cell.step(); }, {.event = [this](auto source, auto name, auto text) {
                     events.push_back(std::string(source) + "|" + std::string(name) + "|" + std::string(text));
                   }}};
-  const Activity guarded = Actuator(program, "arm").use<LinInterface>().lin_by(
-      {0, 0, 0.01}, {.until = cell.hard()});
+  const Activity guarded = Actuator(program, "arm").use<LinInterface>().lin_by({0, 0, 0.01}, {.until = cell.hard()});
 
   void let_it_end(const RunPtr& run) {
     program.run_until([&] { return run->over(); });
