@@ -17,7 +17,12 @@ bool is_part(std::string_view text) {
 
 }  // namespace
 
-RunView ActivityRun::inside(const std::string& part) const { return {*this, part}; }
+/// What was made one motion, or is a composition of one, has no parts.
+RunView ActivityRun::inside(const std::string& part) const {
+  const bool has_parts =
+      std::ranges::any_of(observed_, [](const auto& one) { return one.first.ends_with(kPartStarted); });
+  return has_parts ? RunView(*this, part) : RunView(*this);
+}
 
 RunState RunView::state() const {
   if (is_whole()) return run_.state();

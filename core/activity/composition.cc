@@ -450,7 +450,7 @@ class AbortActivity final : public ActivityModel {
       return failure(Code::kUnsupported, "/abort_if",
                      fmt::format("'{}' is not a command, so nothing can end it", name()),
                      "an activity that moves something");
-    add_abort(*prepared->command, state_, {});
+    if (!watches(*prepared->command)) add_abort(*prepared->command, state_, {});
     // What goes on with it would not watch the state any more.
     for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
     prepared->can_fail = true;
@@ -462,7 +462,17 @@ class AbortActivity final : public ActivityModel {
     return prepared;
   }
 
+  [[nodiscard]] const ActivityPtr& inner() const { return inner_; }
+  [[nodiscard]] const State& state() const { return state_; }
+
  private:
+  /// A command of the program's own is carried out again and again.
+  [[nodiscard]] bool watches(const command::Command& command) const {
+    return std::ranges::any_of(command.node()->handlers, [&](const command::EventHandler& one) {
+      return one.state.node() == state_.node() && one.effect.target == command.subject();
+    });
+  }
+
   ActivityPtr inner_;
   State state_;
 };
@@ -552,6 +562,8 @@ Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtask
 }
 
 Activity abort_if(const Activity& activity, const State& state) {
+  if (const auto* other = dynamic_cast<const AbortActivity*>(activity.model().get()))
+    return {activity.runtime(), std::make_shared<const AbortActivity>(other->inner(), other->state() || state)};
   return {activity.runtime(), std::make_shared<const AbortActivity>(activity.model(), state)};
 }
 

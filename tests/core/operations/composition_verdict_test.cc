@@ -294,6 +294,20 @@ TEST(CompositionVerdict, ACommandOfOnesOwnFailsEachTime) {
   EXPECT_EQ(cell.carry_out(wait)->failure(), RunFailure::kNone);
 }
 
+TEST(CompositionVerdict, WhatMayBeAbortedByTwoStatesIsAbortedByEither) {
+  for (const bool first : {true, false}) {
+    VerdictCell cell;
+    const command::State here = near(command::tool_pose(cell.cell, "arm"), cell.robot.tool(), 0.01, 1.0);
+    const auto lin = cell.robot.use<LinInterface>().lin_by(0.05 * kUp);
+    const auto button = command::digital_input(cell.cell, "button");
+    const Activity guarded = first ? abort_if(abort_if(lin, !here), button) : abort_if(abort_if(lin, button), !here);
+    EXPECT_EQ(cell.carry_out(guarded)->failure(), RunFailure::kAborted);
+  }
+  VerdictCell cell;
+  const Activity guarded = abort_if(cell.wait_for_button(0.02), command::digital_input(cell.cell, "button"));
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(cell.carry_out(guarded)->failure(), RunFailure::kAborted) << i;
+}
+
 TEST(CompositionVerdict, ATransactionFailsWithAWaitInItAsInAFile) {
   VerdictCell cell;
   command::WaitCommand arc("arc", command::digital_input(cell.cell, "button"), 0.02);
