@@ -35,8 +35,8 @@ class ActivityRun {
 
   [[nodiscard]] const std::string& name() const { return model_->name(); }
   [[nodiscard]] RunState state() const { return state_; }
-  /// It has begun to act, or is over.
-  [[nodiscard]] bool started() const { return began_ || over(); }
+  /// It has begun to act, what it goes on with is behind it, or it is over.
+  [[nodiscard]] bool started() const { return (began_ && !carries()) || over(); }
   [[nodiscard]] bool over() const { return is_final(state_); }
   /// Why it failed.
   [[nodiscard]] RunFailure failure() const { return failure_; }
@@ -70,6 +70,8 @@ class ActivityRun {
   }
   /// There is an observation of this name.
   [[nodiscard]] bool observes(const std::string& observation) const { return observed_.contains(observation); }
+  /// It runs, and what it does is still the rest of a motion that it goes on with: that one is not over yet.
+  [[nodiscard]] bool carries() const;
   /// The newest value of an observation of the command (Command::observe, capture). T: any value type.
   template <class T>
   [[nodiscard]] std::optional<T> value(const std::string& observation) const;
@@ -77,7 +79,8 @@ class ActivityRun {
   /// The same of a state; null counts as not holding.
   [[nodiscard]] bool was_true(const std::string& observation) const;
 
-  /// Asks for a graceful end (row L6): it brakes on its path. What only waits is given up.
+  /// Asks for a graceful end (row L6): it brakes on its path, whoever carries out the rest of that by then. What only
+  /// waits is given up.
   void cancel() { wants_cancel_ = true; }
   /// The stop reaction, now.
   void abort();
@@ -98,6 +101,9 @@ class ActivityRun {
   };
   [[nodiscard]] rcc::NetStatus status() const;
   [[nodiscard]] bool shares_actuator(const ActivityRun& other) const;
+  /// The rest of the other run's motion is still what it does.
+  [[nodiscard]] bool carries(const ActivityRun& other) const;
+  [[nodiscard]] bool is_before(const HandOver& hand_over) const;
   /// Null: the command is no planned motion of this run.
   [[nodiscard]] const Clock* clock_of(const command::SubjectPtr& command) const;
   /// Keeps what is to be read of its net, which was loaded just now. @return diagnostics: an external effect could not
@@ -119,8 +125,10 @@ class ActivityRun {
   RunFailure failure_ = RunFailure::kNone;
   Diagnostics diagnostics_;
   bool wants_cancel_ = false, began_ = false, blended_ = false;
-  bool after_all_ = false;                     ///< no rule has room for its predecessors: it begins when all are over
-  std::shared_ptr<PlanningJob> job_;           ///< that is being planned
+  std::shared_ptr<ActivityRun> carrier_;  ///< that carries out the rest of this one; null: this one itself
+  std::string cancelled_with_;        ///< name of the run whose rest it carried when that was cancelled; empty: none
+  bool after_all_ = false;            ///< no rule has room for its predecessors: it begins when all are over
+  std::shared_ptr<PlanningJob> job_;  ///< that is being planned
   std::shared_ptr<PlanningJob> planned_with_;  ///< that it was planned by
   PlannedActivity planned_;
   Preparation preparation_;

@@ -29,16 +29,10 @@ State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) 
          is_less(largest(command::commanded_velocities(cell, arm)), kStanding);
 }
 
-/// Speed from outside, that of the program and that of the operator; and where the clock is, shown to
-/// successors and read from the predecessor.
+/// Where the clock is, shown to successors and read from the predecessor.
 void connect(const Cell& cell, const std::string& arm, std::optional<double> tau, command::PlannedMotion& motion) {
   const auto has = [&cell](const std::string& channel) { return cell.channels.contains(channel); };
   const std::string time = path_time_channel(arm), rate = path_rate_channel(arm);
-  if (has(speed_channel(arm))) motion.clock.speed = command::channel<net::Real>(cell, speed_channel(arm));
-  if (!cell.override_channel.empty()) {
-    const auto by_operator = min(max(command::channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
-    motion.clock.speed = motion.clock.speed ? *motion.clock.speed * by_operator : by_operator;
-  }
   if (!has(time) || !has(rate)) return;
   motion.clock_outputs = {.time = time, .rate = rate};
   if (tau)
@@ -257,7 +251,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   if (may_be_left) add_last(going_on.subject(), blend_source(dual, *dual.from_blend, options, duration), prepared);
   for (const auto& [arm, begin] : dual.begins) {
     if (begin.blend) prepared.begins[arm].push_back(*begin.blend);
-    prepared.taken_over.insert(arm);
+    prepared.taken_over[arm] = {going_on.subject(), own_begin};
   }
   const State rests = at_first(stands_at(cell, dual.clock, dual.from_rest.motion->q_start));
   command::TransactionCommand both(dual.name);
@@ -326,7 +320,8 @@ GuardedOutcome guarded_outcome(const ActivityRun& run) {
     return outcome;
   }
   if (at_goal) return {.kind = kNotTouched};
-  return {.kind = run.state() == RunState::kCompleted ? kSensorSilent : kInterrupted};
+  const net::Cause cause = run.cause();
+  return {.kind = cause.in_order() && cause.code != net::Cause::Code::kCancelled ? kSensorSilent : kInterrupted};
 }
 
 GuardedEnd guarded_end(const ActivityRun& run, int motions) {
@@ -340,16 +335,6 @@ GuardedEnd guarded_end(const ActivityRun& run, int motions) {
     }
   }
   return end;
-}
-
-Diagnostics abort_diagnostics(const ActivityRun& run, int motions) {
-  Diagnostics diagnostics;
-  const auto broken = guarded_end(run, motions).broken;
-  if (!broken) return diagnostics;
-  const std::string pointer =
-      motions > 1 && broken->motion >= 0 ? pointer_segment(static_cast<std::size_t>(broken->motion)) : std::string();
-  add_abort_diagnostic(broken->silent, pointer + "/abort_if", diagnostics);
-  return diagnostics;
 }
 
 }  // namespace takt::activity
