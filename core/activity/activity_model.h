@@ -95,6 +95,13 @@ struct PlannedPart {
   double begin = 0.0;               ///< path time at which it goes on with its predecessor's blend behind it, s
 };
 
+/// Where an activity that goes on with another one in motion is done with the rest of that one: from this path time (s)
+/// on of the clock of this command.
+struct HandOver {
+  command::SubjectPtr command;
+  double time = 0.0;
+};
+
 /// Control modes of arms, by name.
 using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
 
@@ -104,8 +111,8 @@ struct PlannedActivity {
   std::map<std::string, EndState, std::less<>> end_states;  ///< of each of its actuators
   std::vector<Ending> endings = {};                         ///< where there is more than one; empty: end_states say all
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< in which it may take an arm over
-  std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
-  std::vector<PlannedPart> motions = {};                                 ///< of one motion: its parts; of others: none
+  std::map<std::string, HandOver, std::less<>> taken_over;  ///< of each actuator that it can go on with in motion
+  std::vector<PlannedPart> motions = {};                    ///< of one motion: its parts; of others: none
   std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its path; else empty
   /// Control modes that arms are brought into before the command begins; without a command that is all. Only of
   /// activities that begin alone.

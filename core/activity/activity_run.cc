@@ -40,6 +40,12 @@ RunFailure RunView::failure() const {
                                         : RunFailure::kNone;
 }
 
+bool RunView::may_have_failed() const {
+  if (!is_whole()) return was_true(kPartFailed);
+  const net::Cause cause = run_.cause();
+  return cause.in_order() && cause.code != net::Cause::Code::kCancelled;
+}
+
 RunView RunView::narrowed_to(const std::string& observation) const {
   return is_whole() ? inside(run_.only_part_with(observation)) : *this;
 }
@@ -121,6 +127,7 @@ bool ActivityRun::was_true(const std::string& observation) const {
 
 void ActivityRun::abort() {
   wants_cancel_ = true;
+  if (carrier_ != nullptr) return carrier_->abort();
   if (state_ == RunState::kRunning && net_ != 0) core_.abort(net_);
 }
 
@@ -132,6 +139,25 @@ bool ActivityRun::shares_actuator(const ActivityRun& other) const {
 const ActivityRun::Clock* ActivityRun::clock_of(const command::SubjectPtr& command) const {
   const auto clock = clocks_.find(command.get());
   return clock == clocks_.end() ? nullptr : &clock->second;
+}
+
+bool ActivityRun::is_before(const HandOver& hand_over) const {
+  if (first_cycle() < 0) return true;
+  const Clock* clock = clock_of(hand_over.command);
+  return clock != nullptr && clock->runs() && clock->time->value < hand_over.time;
+}
+
+bool ActivityRun::carries() const {
+  return blended_ && state_ == RunState::kRunning &&
+         std::ranges::any_of(planned_.taken_over, [this](const auto& one) { return is_before(one.second); });
+}
+
+bool ActivityRun::carries(const ActivityRun& other) const {
+  const auto others = other.model_->actuators();
+  return !over() && std::ranges::any_of(others, [this](const std::string& name) {
+    const auto hand_over = planned_.taken_over.find(name);
+    return hand_over != planned_.taken_over.end() && is_before(hand_over->second);
+  });
 }
 
 std::optional<std::size_t> ActivityRun::part() const {

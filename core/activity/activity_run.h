@@ -37,8 +37,8 @@ class ActivityRun {
 
   [[nodiscard]] const std::string& name() const { return model_->name(); }
   [[nodiscard]] RunState state() const { return state_; }
-  /// It has begun to act, or is over.
-  [[nodiscard]] bool started() const { return began_ || over(); }
+  /// It has begun to act, what it goes on with is behind it, or it is over.
+  [[nodiscard]] bool started() const { return (began_ && !carries()) || over(); }
   [[nodiscard]] bool over() const { return is_final(state_); }
   /// Why it failed. Whoever asks has taken its outcome: the program knows of it (Runtime::untaken_failures()).
   [[nodiscard]] RunFailure failure() const { return taken(failure_); }
@@ -74,6 +74,8 @@ class ActivityRun {
   [[nodiscard]] RunView inside(const std::string& part) const;
   /// There is an observation of this name.
   [[nodiscard]] bool observes(const std::string& observation) const { return port_of(observation) != nullptr; }
+  /// It runs, and what it does is still the rest of a motion that it goes on with: that one is not over yet.
+  [[nodiscard]] bool carries() const;
   /// The newest value of an observation of the command (Command::observe, capture). T: any value type. Of a composition
   /// whose parts have it: that of the only part that does.
   template <class T>
@@ -82,7 +84,8 @@ class ActivityRun {
   /// The same of a state; null counts as not holding.
   [[nodiscard]] bool was_true(const std::string& observation) const;
 
-  /// Asks for a graceful end (row L6): it brakes on its path. What only waits is given up.
+  /// Asks for a graceful end (row L6): it brakes on its path, whoever carries out the rest of that by then. What only
+  /// waits is given up.
   void cancel() { wants_cancel_ = true; }
   /// The stop reaction, now.
   void abort();
@@ -114,6 +117,9 @@ class ActivityRun {
   /// The only part that observes it; empty: the run itself does, none does, or several do.
   [[nodiscard]] std::string only_part_with(const std::string& observation) const;
   [[nodiscard]] bool shares_actuator(const ActivityRun& other) const;
+  /// The rest of the other run's motion is still what it does.
+  [[nodiscard]] bool carries(const ActivityRun& other) const;
+  [[nodiscard]] bool is_before(const HandOver& hand_over) const;
   /// Null: the command is no planned motion of this run.
   [[nodiscard]] const Clock* clock_of(const command::SubjectPtr& command) const;
   /// Keeps what is to be read of its net, which was loaded just now. @return diagnostics: an external effect could not
@@ -135,10 +141,11 @@ class ActivityRun {
   RunFailure failure_ = RunFailure::kNone;
   Diagnostics diagnostics_;
   bool wants_cancel_ = false, began_ = false, blended_ = false;
-  mutable bool taken_ = false;                 ///< somebody has asked what came of it
-  int awaited_ = 0;                            ///< so many wait for it
-  bool after_all_ = false;                     ///< no rule has room for its predecessors: it begins when all are over
-  std::shared_ptr<PlanningJob> job_;           ///< that is being planned
+  mutable bool taken_ = false;            ///< somebody has asked what came of it
+  std::shared_ptr<ActivityRun> carrier_;  ///< that carries out the rest of this one; null: this one itself
+  std::string cancelled_with_;        ///< name of the run whose rest it carried when that was cancelled; empty: none
+  bool after_all_ = false;            ///< no rule has room for its predecessors: it begins when all are over
+  std::shared_ptr<PlanningJob> job_;  ///< that is being planned
   std::shared_ptr<PlanningJob> planned_with_;  ///< that it was planned by
   PlannedActivity planned_;
   Preparation preparation_;
@@ -178,6 +185,8 @@ class RunView {
   /// Of a part: queued where it has not begun, running until it ended.
   [[nodiscard]] RunState state() const;
   [[nodiscard]] RunFailure failure() const;
+  /// It ended in order and was not cancelled: how it ended counts. Of a part: its net knows that it has failed.
+  [[nodiscard]] bool may_have_failed() const;
   /// Of a composition the only part that observes this, else itself.
   [[nodiscard]] RunView narrowed_to(const std::string& observation) const;
   [[nodiscard]] bool observes(const std::string& observation) const { return run_.observes(named(observation)); }

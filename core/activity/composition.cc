@@ -154,8 +154,8 @@ class CompositeActivity : public ActivityModel {
   static void add_begins(PlannedActivity& whole, const PlannedActivity& part) {
     for (const auto& [name, ways] : part.begins)
       if (!whole.end_states.contains(name)) whole.begins[name] = ways;
-    for (const std::string& name : part.taken_over)
-      if (!whole.end_states.contains(name)) whole.taken_over.insert(name);
+    for (const auto& [name, hand_over] : part.taken_over)
+      if (!whole.end_states.contains(name)) whole.taken_over[name] = hand_over;
     whole.touching.insert(part.touching.begin(), part.touching.end());
   }
   static void add_end_states(PlannedActivity& whole, const PlannedActivity& part) {

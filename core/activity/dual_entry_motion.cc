@@ -29,16 +29,10 @@ State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) 
          is_less(largest(command::commanded_velocities(cell, arm)), kStanding);
 }
 
-/// Speed from outside, that of the program and that of the operator; and where the clock is, shown to
-/// successors and read from the predecessor.
+/// Where the clock is, shown to successors and read from the predecessor.
 void connect(const Cell& cell, const std::string& arm, std::optional<double> tau, command::PlannedMotion& motion) {
   const auto has = [&cell](const std::string& channel) { return cell.channels.contains(channel); };
   const std::string time = path_time_channel(arm), rate = path_rate_channel(arm);
-  if (has(speed_channel(arm))) motion.clock.speed = command::channel<net::Real>(cell, speed_channel(arm));
-  if (!cell.override_channel.empty()) {
-    const auto by_operator = min(max(command::channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
-    motion.clock.speed = motion.clock.speed ? *motion.clock.speed * by_operator : by_operator;
-  }
   if (!has(time) || !has(rate)) return;
   motion.clock_outputs = {.time = time, .rate = rate};
   if (tau)
@@ -219,8 +213,7 @@ GuardedOutcome outcome_of(const RunView& run, const GuardedEnd& end) {
     return outcome;
   }
   if (at_goal) return {.kind = kNotTouched};
-  const bool in_order = run.state() == RunState::kCompleted || run.failure() == RunFailure::kAborted;
-  return {.kind = in_order && !end.broken && !end.no_force ? kSensorSilent : kInterrupted};
+  return {.kind = run.may_have_failed() && !end.broken && !end.no_force ? kSensorSilent : kInterrupted};
 }
 
 void add_last(const command::SubjectPtr& command, const BlendSource& motion, PlannedActivity& prepared) {
@@ -277,7 +270,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   if (may_be_left) add_last(going_on.subject(), blend_source(dual, *dual.from_blend, options, duration), prepared);
   for (const auto& [arm, begin] : dual.begins) {
     if (begin.blend) prepared.begins[arm].push_back(*begin.blend);
-    prepared.taken_over.insert(arm);
+    prepared.taken_over[arm] = {going_on.subject(), own_begin};
   }
   const State rests = at_first(stands_at(cell, dual.clock, dual.from_rest.motion->q_start));
   command::TransactionCommand both(dual.name);
@@ -350,36 +343,6 @@ GuardedEnd guarded_end(const RunView& run, int motions) {
   }
   end.outcome = outcome_of(run, end);
   return end;
-}
-
-Diagnostics motion_diagnostics(const RunView& run, int motions, const MotionOptions& options) {
-  Diagnostics diagnostics = abort_diagnostics(run, motions);
-  const GuardedEnd end = guarded_end(run, motions);
-  if (end.broken) return diagnostics;
-  constexpr const char* kCheck = "check the sensor's power and wiring";
-  if (end.no_force)
-    diagnostics.error(Code::kSensorSilent, "/force_offset/sensor",
-                      "the sensor of the force did not answer, so the arm stopped on its path", kCheck);
-  const bool was_judged = run.is_whole() || run.was_true(kPartFailed);
-  if (!options.until || end.no_force || end.outcome.touched() || !was_judged) return diagnostics;
-  if (end.outcome.kind != GuardedOutcome::Kind::kNotTouched) {
-    diagnostics.error(Code::kSensorSilent, "/until",
-                      "a sensor of the condition did not answer, so the arm stopped on its path", kCheck);
-  } else if (options.must_touch) {
-    diagnostics.error(Code::kConditionNotMet, "/until", "the motion reached its end and the condition never held",
-                      "use a longer motion or another threshold, or set must_touch to false");
-  }
-  return diagnostics;
-}
-
-Diagnostics abort_diagnostics(const RunView& run, int motions) {
-  Diagnostics diagnostics;
-  const auto broken = guarded_end(run, motions).broken;
-  if (!broken) return diagnostics;
-  const std::string pointer =
-      motions > 1 && broken->motion >= 0 ? pointer_segment(static_cast<std::size_t>(broken->motion)) : std::string();
-  add_abort_diagnostic(broken->silent, pointer + "/abort_if", diagnostics);
-  return diagnostics;
 }
 
 }  // namespace takt::activity

@@ -4,9 +4,11 @@
 #include <optional>
 #include <string>
 
-#include "core/activity/motion_activity.h"
+#include "core/activity/activity_model.h"
+#include "core/activity/motion_options.h"
 #include "core/activity/scheduler.h"
 #include "core/command/actions/overlay_action.h"
+#include "core/command/actions/weave_plan.h"
 
 namespace takt::activity {
 
@@ -99,11 +101,6 @@ struct GuardedEnd {
 };
 /// @param motions  that it is made of
 [[nodiscard]] GuardedEnd guarded_end(const RunView& run, int motions = 1);
-
-/// Why a motion has failed whose net ended in order, for PlannedActivity::verdict; empty: it has not.
-[[nodiscard]] Diagnostics motion_diagnostics(const RunView& run, int motions, const MotionOptions& options);
-/// The same of what must not hold alone.
-[[nodiscard]] Diagnostics abort_diagnostics(const RunView& run, int motions = 1);
 
 /// The seam of a motion that runs at rate 1.
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);

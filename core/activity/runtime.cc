@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/activity/held_parts.h"
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/expression/moving_frames.h"
 #include "core/expression/tool_settings.h"
 

@@ -95,6 +95,7 @@ class Checker {
       return diagnostics_.error(fault->code, path(i) + fault->pointer, fault->message, fault->hint);
     const ActionModel& action = node(i).model();
     for (const ExpressionPtr& formula : action.formulas()) formulas_.check(formula, path(i));
+    if (const auto speed = actuator.speed()) formulas_.check(speed->node(), path(i));
     const auto takes = actuator.takes();
     const SetPointKind gives = action.gives(actuator);
     if (std::ranges::find(takes, gives) == takes.end()) {

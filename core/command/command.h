@@ -134,6 +134,10 @@ class Command {
   [[nodiscard]] State failed() const { return state("failed"); }
   [[nodiscard]] State stopped() const { return state("stopped"); }
   [[nodiscard]] State cancelled() const { return state("cancelled"); }
+  /// It is active, and people hold the arms that it moves still: their speed is 0 (ActuatorModel::speed()), or unknown.
+  /// From the cycle on in which they want that: the arms brake then. Of a transaction: one of the commands that it has
+  /// when this is called.
+  [[nodiscard]] State paused() const;
 
   // Event handlers.
   Command& on_entered(State state, Effect effect, Trigger trigger = {});

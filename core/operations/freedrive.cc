@@ -9,7 +9,7 @@
 
 #include "core/activity/activity_run.h"
 #include "core/activity/dual_entry_motion.h"
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/command/actions/freedrive_action.h"
 #include "core/command/mapping.h"
 #include "core/expression/condition_state.h"

@@ -485,6 +485,20 @@ TEST(Cell, AMoveToWhereAnotherMachineComesIsRefused) {
   EXPECT_LT((cell.arm("left").q() - turned(-60.0)).norm(), 1e-6) << "it has not moved";
 }
 
+TEST(Cell, AnyMotionSeesWhatOthersMoveMeanwhile) {
+  Cell cell("beside.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const auto left = cell.arm("left").use<MotionInterface>(), right = cell.arm("right").use<MotionInterface>();
+  left.ptp(turned(-60.0)).execute();
+  right.ptp(turned(-60.0)).execute();
+  right.ptp(turned(60.0)).begin_execute();
+  EXPECT_THAT(error_of([&] { left.ptp(turned(60.0)).execute(); }),
+              takt::test::ReportsAnywhere(Code::kCollision, {"left/", "right/", "PTP"}));
+  EXPECT_LT((cell.arm("left").q() - turned(-60.0)).norm(), 1e-6) << "it has not moved";
+  left.lin_by({0.0, 0.0, 0.02}).execute();  // there is room, and time
+  cell.wait_for_all();
+  EXPECT_LT((cell.arm("right").q() - turned(60.0)).norm(), 1e-6);
+}
+
 TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {
   Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
   const auto motion = cell.arm().use<MotionInterface>();

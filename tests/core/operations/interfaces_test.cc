@@ -41,7 +41,7 @@ TEST_F(InterfacesTest, OneJointMovesAndTheOthersStand) {
   EXPECT_LT((cell.robot.q() - expected).norm(), 1e-9);
   EXPECT_THAT(error_of([&] { (void)joint.move_to(7, 0.0); }), Reports(Code::kOutOfRange, "/arm", {"7", "0", "6"}));
   EXPECT_THAT(error_of([&] { joint.move_to(3, 9.0).execute(); }),
-              Reports(Code::kOutOfRange, "/arm joint/0/goal/3", {"515.662", "-120", "120"}));
+              Reports(Code::kOutOfRange, "/arm PTP/to", {"515.662", "-120", "120"}));
 }
 
 TEST_F(InterfacesTest, WhatIsMeasuredIsToldBesideTheSetPoint) {
