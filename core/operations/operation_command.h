@@ -19,7 +19,7 @@
 #include "core/operations/compliance.h"
 #include "core/operations/operation.h"
 #include "core/operations/step.h"
-#include "core/operations/transaction.h"
+#include "core/operations/transaction_parameters.h"
 #include "core/rcc/control_core.h"
 
 /// Operations as commands: what a step "transaction" is made of (docs/programs.md), and operations of programs in C++.
