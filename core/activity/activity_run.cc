@@ -86,7 +86,8 @@ Diagnostics ActivityRun::diagnostics_inside() const {
 
 std::string ActivityRun::only_part_with(const std::string& observation) const {
   std::string only;
-  if (observed_.contains(observation)) return only;
+  const bool names_a_part = observation.size() > 1 && is_part(std::string_view(observation).substr(0, 2));
+  if (names_a_part || observed_.contains(observation)) return only;
   for (const auto& [name, port] : observed_) {
     if (name.size() <= observation.size() || !name.ends_with(observation)) continue;
     std::string part = name.substr(0, name.size() - observation.size());

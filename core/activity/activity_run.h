@@ -40,7 +40,7 @@ class ActivityRun {
   /// It has begun to act, what it goes on with is behind it, or it is over.
   [[nodiscard]] bool started() const { return (began_ && !carries()) || over(); }
   [[nodiscard]] bool over() const { return is_final(state_); }
-  /// Why it failed. Whoever asks has taken its outcome: the program knows of it (Runtime::untaken_failures()).
+  /// Why it failed. Whoever asks has taken its outcome: the program knows of it (Runtime::take_failures()).
   [[nodiscard]] RunFailure failure() const { return taken(failure_); }
   [[nodiscard]] const Diagnostics& diagnostics() const { return taken(diagnostics_); }
   /// The same with locations below the activity, without its name: for who has a location of its own for it.
