@@ -28,7 +28,8 @@ RunState RunView::state() const {
   if (is_whole()) return run_.state();
   if (!was_true(kPartStarted)) return RunState::kQueued;
   if (was_true(kPartFailed)) return RunState::kFailed;
-  if (was_true(kPartCancelled) && run_.over()) return RunState::kCancelled;
+  // A guarded motion or a press cancels itself where it comes to its end.
+  if (was_true(kPartCancelled) && run_.state() == RunState::kCancelled) return RunState::kCancelled;
   if (was_true(kPartCompleted)) return RunState::kCompleted;
   return run_.over() ? RunState::kFailed : RunState::kRunning;
 }
