@@ -44,13 +44,15 @@ class Checker {
       if (node(i).is_runtime()) check_runtime(i);
       if (node(i).is_wait()) check_wait(i);
       if (node(i).is_transaction()) check_transaction(i);
-      if (node(i).fails_if) formulas_.check(node(i).fails_if->node(), path(i) + "/fails_if");
       for (const Observation& observation : node(i).observations) check_observation(i, observation);
     }
     for (const auto& handler : tree_.handlers()) check_handler(handler);
     check_cycle();
     check_rivals();
     check_acting(tree_, diagnostics_);
+    // What makes a command fail is mostly what its handlers react to: a fault of it is told once.
+    for (int i = 0; i < tree_.size() && !diagnostics_.has_errors(); ++i)
+      if (node(i).fails_if) formulas_.check(node(i).fails_if->node(), path(i) + "/fails_if");
     // What is not planned because of another fault is no fault of its own.
     if (planned_ && !diagnostics_.has_errors()) check_planned();
     return std::move(diagnostics_);
