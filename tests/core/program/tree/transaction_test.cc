@@ -246,6 +246,20 @@ TEST_F(TransactionTest, WhatAStepWouldFailOfFailsTheTransactionAtItsPlace) {
   expect_good_end();
 }
 
+TEST_F(TransactionTest, WhatFailsStartsNothingThatWaitsForItsCompletion) {
+  EXPECT_EQ(run(R"({"do": "transaction", "name": "t", "commands": {
+      "down": {"do": "lin", "start": true, "to": {"by_m": [0, 0, -0.01]}, "until": {"sensor": "wrist", "above_N": 5e3}},
+      "screw": {"do": "set", "output": "driver", "value": true},
+      "alarm": {"do": "set", "output": "lamp", "value": true}},
+    "on": [{"entered": {"completed": "down"}, "start": "screw"},
+           {"entered": {"failed": "down"}, "start": "alarm"}]})"),
+            Progress::kFailed);
+  EXPECT_FALSE(driver()) << "there is nothing to screw";
+  EXPECT_TRUE(lamp());
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/down/until"));
+  expect_good_end();
+}
+
 TEST_F(TransactionTest, TheSeamIsNotWeldedWithoutAnArc) {
   const Eigen::Vector3d from = tool();
   EXPECT_EQ(run(R"({"do": "transaction", "name": "weld", "commands": {
