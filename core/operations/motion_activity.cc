@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/dual_entry_motion.h"
 #include "core/activity/motion_collisions.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/activity_review.h"

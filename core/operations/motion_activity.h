@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/activity/dual_entry_motion.h"
 #include "core/activity/pair_motion.h"
 #include "core/operations/motion_plan.h"
 
