@@ -308,6 +308,20 @@ TEST(CompositionVerdict, WhatMayBeAbortedByTwoStatesIsAbortedByEither) {
   for (int i = 0; i < 2; ++i) EXPECT_EQ(cell.carry_out(guarded)->failure(), RunFailure::kAborted) << i;
 }
 
+TEST(CompositionVerdict, ACommandFailsByAStateOfItsOwn) {
+  for (const bool fails : {true, false}) {
+    VerdictCell cell;
+    command::RuntimeCommand lamp("lamp", cell.lamp(), command::set_value(true));
+    lamp.fails_if(fails ? always(cell) : !always(cell));
+    const Activity own(cell.program, command_activity(lamp));
+    const RunPtr run = cell.carry_out(sequence({own, cell.output("driver")}));
+    EXPECT_EQ(run->state(), fails ? RunState::kFailed : RunState::kCompleted) << run->diagnostics().to_string();
+    EXPECT_EQ(cell.is_set("driver"), !fails);
+    if (!fails) continue;
+    EXPECT_THAT(run->diagnostics(), Reports(Code::kConditionNotMet, pointer_segment(run->name()) + "/0"));
+  }
+}
+
 TEST(CompositionVerdict, ATransactionFailsWithAWaitInItAsInAFile) {
   VerdictCell cell;
   command::WaitCommand arc("arc", command::digital_input(cell.cell, "button"), 0.02);
