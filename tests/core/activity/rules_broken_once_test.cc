@@ -410,8 +410,6 @@ const std::vector<takt::test::Excuse> kElsewhere = {
     {"activity/activity_run.cc", Code::kAbortCondition, "followed_run_test.cc has the case"},
     {"activity/composition.cc", Code::kConditionNotMet, "of a part without words of its own: all parts have some"},
     {"activity/command_activity.cc", Code::kConditionNotMet, "CompositionVerdict.ACommandFailsByAStateOfItsOwn"},
-    {"operations/composed_device.cc", Code::kDuplicate,
-     "InterfacesTest.AComposedDeviceHasInterfacesOfTheProgramsOwnWithItsPartsByRole"},
     {"operations/operation.cc", Code::kMissing, "of a plug-in: Operations.ARegistrationIsChecked"},
     {"operations/operation.cc", Code::kDuplicate, "of a plug-in: Operations.ARegistrationIsChecked"},
     {"operations/actuator_interfaces.cc", Code::kNotKnownYet,
