@@ -93,6 +93,7 @@ class Cell::Impl {
       wanted.realtime = realtime_->support();
       wanted.scheduler.margin_cycles = activity::RealtimeSupport::kMargin;
     }
+    if (setup_.run.before_step) wanted.before_activity = [this](const std::string& name) { ask(name); };
     runtime_.emplace(
         *built_.core, built_.cell, [this] { cycle(); }, wanted);
     operator_.emplace(description_.operator_script, *built_.core, built_.emergency_stop,
@@ -141,6 +142,7 @@ class Cell::Impl {
     runtime_->drop_coroutines();
     if (why.has_errors()) runtime_->cancel();
     if (!broken_) settle();
+    report.diagnostics.append(runtime_->take_failures(/*given_up=*/!report.diagnostics.has_errors()));
     if (!operator_->broken_off().empty() && !report.diagnostics.has_errors())
       report.diagnostics.error(Code::kCancelled, {}, operator_->broken_off());
     if (realtime_) run_->in_realtime(realtime_->stop());
@@ -156,6 +158,24 @@ class Cell::Impl {
   }
 
  private:
+  /// What is asked for begins when whoever goes through the program step by step says so.
+  void ask(const std::string& activity) {
+    if (!setup_.run.before_step) return;
+    const std::string name = step_.empty() ? activity : step_ + ": " + activity;
+    const scenario::NextStep next{
+        .name = name, .pointer = {}, .sim_time = to_seconds(built_.core->time()), .changed = {}};
+    switch (setup_.run.before_step(next)) {
+      case scenario::StepAnswer::kNext:
+        break;
+      case scenario::StepAnswer::kContinue:
+        setup_.run.before_step = nullptr;
+        break;
+      case scenario::StepAnswer::kCancel:
+        interrupted_ = true;
+        runtime_->cancel();
+    }
+  }
+
   static device::ModelLibrary library(const CellOptions& options) {
     std::vector<std::filesystem::path> folders = options.models;
     folders.push_back(scenario::data_folder() / "models");
@@ -389,12 +409,15 @@ void Cell::wait(double seconds) {
 
 void Cell::wait_for_all() {
   runtime().run_until([this] { return runtime().idle(); });
+  if (Diagnostics failures = runtime().take_failures(); failures.has_errors()) throw ActivityError(std::move(failures));
 }
 
 bool Cell::wait_until(const command::State& state, double timeout) {
   command::WaitCommand waiting("wait", state, timeout);
   waiting.observe("held", command::BooleanSensor(state.node()));
-  const auto run = as_activity(waiting).execute();
+  const auto run = as_activity(waiting).schedule();
+  runtime().run_until([&run] { return run->over(); });
+  if (run->failure() != activity::RunFailure::kAborted) require(run);
   return run->value<net::Boolean>("held").value_or(false);
 }
 

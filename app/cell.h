@@ -87,7 +87,8 @@ class Cell {
   void tare(const std::string& sensor = {}, std::int64_t cycles = 500);
   /// Lets time pass, s, in whole cycles.
   void wait(double seconds);
-  /// Until all activities and coroutines that were begun are over.
+  /// Until all activities and coroutines that were begun are over. Throws ActivityError for those that have failed and
+  /// nobody has asked about.
   void wait_for_all();
   /// Until it holds. @return false: it did not within `timeout`, s
   bool wait_until(const command::State& state, double timeout = 60.0);

@@ -21,7 +21,7 @@ constexpr int kRefused = 2;
 struct Arguments : RunArguments {
   std::string file;
   std::vector<std::string> models;
-  bool json = false;
+  bool json = false, step = false;
   std::int64_t try_every = 0;  // cycles; 0: the run is not tried
 };
 
@@ -54,13 +54,19 @@ std::string digest_of_second_run(const std::filesystem::path& file, const CellOp
   }
 }
 
-/// What `--try-interruptions` cannot be had with: a fork has one thread and no clock.
+/// What `--try-interruptions` cannot be had with: a fork has one thread and no clock. Nor can `--step` follow the wall
+/// clock.
 Diagnostics check(const Arguments& arguments) {
   Diagnostics diagnostics;
+  if (arguments.step && arguments.realtime)
+    diagnostics.error(Code::kConflict, "--step",
+                      "simulated time stops while a step waits, so it cannot follow the wall clock",
+                      "use --step or --realtime");
   if (arguments.try_every == 0) return diagnostics;
   const std::pair<const char*, bool> others[] = {{"--video", !arguments.video.empty()},
                                                  {"--record", !arguments.record.empty()},
-                                                 {"--realtime", arguments.realtime}};
+                                                 {"--realtime", arguments.realtime},
+                                                 {"--step", arguments.step}};
   for (const auto& [name, given] : others)
     if (given)
       diagnostics.error(Code::kConflict, "--try-interruptions", fmt::format("cannot be together with {}", name),
@@ -97,7 +103,8 @@ int run(const Arguments& arguments, const Program& program, const CooperatingArm
   CellSetup setup{.open = open, .run = options};
   setup.run.interrupt = &catch_interrupts();
   log_on_stderr(arguments.log, setup.run);
-  if (!arguments.json) show_progress_on_terminal(setup.run);
+  if (arguments.step) setup.run.before_step = ask_on_terminal;
+  if (!arguments.json && !arguments.step) show_progress_on_terminal(setup.run);
   scenario::Interruptions tries(
       {.every = std::max<std::int64_t>(1, arguments.try_every), .ways = scenario::Interruptions::by_program});
   if (arguments.try_every > 0) tries.attach(setup.run);
@@ -135,6 +142,9 @@ int run_command_line(int argc, char** argv, const std::filesystem::path& file, c
       ->type_name("DIR")
       ->allow_extra_args(false);
   parser.add_flag("--json", arguments.json, "The report as JSON on stdout");
+  parser.add_flag(
+      "--step", arguments.step,
+      "Wait before each activity: Enter begins it, c continues without stops, q or the end of input cancels");
   parser
       .add_option("--try-interruptions", arguments.try_every,
                   "Fork at every N-th cycle, and cancel, pause and abort the program there")

@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <iostream>
+#include <string>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -265,6 +267,20 @@ Diagnostics check_model_folders(const std::vector<std::string>& folders) {
                         "a folder with a folder per model");
   }
   return diagnostics;
+}
+
+scenario::StepAnswer ask_on_terminal(const scenario::NextStep& next) {
+  for (const std::string& variable : next.changed) fmt::print(stderr, "            {}\n", variable);
+  fmt::print(stderr, "{:9.3f} s  next: {}{}\n", next.sim_time, next.name,
+             next.pointer.empty() ? std::string() : fmt::format(" ({})", next.pointer));
+  std::string line;
+  while (std::getline(std::cin, line)) {
+    if (line.empty()) return scenario::StepAnswer::kNext;
+    if (line == "c") return scenario::StepAnswer::kContinue;
+    if (line == "q") return scenario::StepAnswer::kCancel;
+    fmt::print(stderr, "Enter: this step; c: go on without stops; q: cancel\n");
+  }
+  return scenario::StepAnswer::kCancel;
 }
 
 }  // namespace takt::app

@@ -60,6 +60,9 @@ struct ParsedRun {
 void log_on_stderr(std::string_view level, scenario::RunOptions& options);
 /// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.
 void show_progress_on_terminal(scenario::RunOptions& options);
+/// For RunOptions::before_step: shows on stderr what would begin, and waits for a line of stdin. Whoever goes away (end
+/// of input) wants nothing to move on.
+[[nodiscard]] scenario::StepAnswer ask_on_terminal(const scenario::NextStep& next);
 /// Takes the bar away.
 void clear_progress();
 

@@ -22,6 +22,7 @@
 #include "core/operations/actuator_interfaces.h"
 #include "core/operations/composed_device.h"
 #include "core/operations/frame_handle.h"
+#include "core/operations/pressing.h"
 #include "core/operations/two_arms.h"
 
 namespace takt::app {
@@ -34,19 +35,26 @@ using activity::Activity;
 using activity::ActivityError;
 using activity::guarded_outcome;
 using activity::GuardedOutcome;
+using activity::press_outcome;
+using activity::PressOutcome;
 using activity::ProgramCancelled;
 using activity::Reaction;
 using activity::RunFailure;
 using activity::RunPtr;
 using activity::RunState;
+using activity::RunView;
 using activity::ScopedFrame;
 
 // Who does it, and what it offers.
 using activity::Actuator;
+using activity::ActuatorInterface;
 using activity::ComposedDevice;
 using activity::ControlModeInterface;
+using activity::DeviceInterface;
+using activity::DevicePart;
 using activity::FollowInterface;
 using activity::ForceInterface;
+using activity::Frame;
 using activity::FreedriveInterface;
 using activity::GrippingInterface;
 using activity::HoldInterface;

@@ -122,7 +122,9 @@ int main(int argc, char** argv) {
       // It is cancelled when the flange comes too near to an obstacle.
       const auto distance_to_obstacle =
           command::distance(command::position(command::tool_pose(cell.cell, "left")), net::Vector(0.9, 0.2, 0.6));
-      measure(cell, motion.ptp(near_home(cell, random), {.until = is_less(distance_to_obstacle, 0.2)}), guarded);
+      measure(cell,
+              motion.ptp(near_home(cell, random), {.until = is_less(distance_to_obstacle, 0.2), .must_touch = false}),
+              guarded);
       home.execute();
     }
     print("PTP", ptp);

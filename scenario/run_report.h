@@ -68,8 +68,8 @@ struct RunOptions {
   std::function<void(const LogEntry& entry)> tell;
   /// Called before each cycle: somebody at the panel.
   std::function<void(Operator& panel)> operate;
-  /// Called before each step of the program (not of one in C++); the simulated time stands meanwhile, so the run is the
-  /// same to the bit. Empty: the program is not held up.
+  /// Called before each step of the program, or each activity of one in C++; the simulated time stands meanwhile, so
+  /// the run is the same to the bit. Empty: the program is not held up.
   std::function<StepAnswer(const NextStep& next)> before_step;
   /// Called about ten times a second of wall time: simulated time, planned duration, current step.
   std::function<void(double sim_time, double planned, const std::string& step)> progress;

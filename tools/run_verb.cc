@@ -2,7 +2,6 @@
 #include "tools/cli.h"
 
 #include <algorithm>
-#include <iostream>
 #include <memory>
 #include <string>
 
@@ -37,20 +36,6 @@ void reserve_processor(const RunVerbArguments& arguments, Diagnostics& diagnosti
                       fmt::format("processor {} cannot be kept for the cycle alone", arguments.processor),
                       "one of two or more that are online");
   }
-}
-
-/// Shows what would begin, and waits for a line of stdin. Whoever goes away (end of input) wants nothing to move on.
-scenario::StepAnswer ask(const scenario::NextStep& next) {
-  for (const std::string& variable : next.changed) fmt::print(stderr, "            {}\n", variable);
-  fmt::print(stderr, "{:9.3f} s  next: {} ({})\n", next.sim_time, next.name, next.pointer);
-  std::string line;
-  while (std::getline(std::cin, line)) {
-    if (line.empty()) return scenario::StepAnswer::kNext;
-    if (line == "c") return scenario::StepAnswer::kContinue;
-    if (line == "q") return scenario::StepAnswer::kCancel;
-    fmt::print(stderr, "Enter: this step; c: go on without stops; q: cancel\n");
-  }
-  return scenario::StepAnswer::kCancel;
 }
 
 int dry_run(const scenario::Session& session, const Common& common) {
@@ -182,7 +167,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
     fmt::print(stderr, "speed: {:g} of what is planned; --speed-override 1 for all of it\n", site.speed_override());
   app::log_on_stderr(arguments.log, options);
   if (arguments.step) {
-    options.before_step = ask;
+    options.before_step = app::ask_on_terminal;
   } else {
     app::show_progress_on_terminal(options);
   }

@@ -19,7 +19,7 @@
 /// What an activity is made of (docs/activity-layer.md). Realtime: setup.
 namespace takt::activity {
 
-class ActivityRun;
+class RunView;
 
 /// A motion that another one may go on with, and how far before its goal.
 struct BlendSource {
@@ -62,6 +62,7 @@ struct PlanningContext {
   Nanoseconds period = kMillisecond;
   std::map<std::string, Predecessor, std::less<>> predecessors;  ///< of each of its actuators
   bool checks_collisions = false;  ///< of programs that nobody rehearses: planned motions must not collide
+  bool is_part = false;            ///< something may come after it in the same net
   /// Of these programs: what other machines do meanwhile, as far as it is planned.
   std::vector<MotionBeside> beside = {};
 };
@@ -94,6 +95,13 @@ struct PlannedPart {
   double begin = 0.0;               ///< path time at which it goes on with its predecessor's blend behind it, s
 };
 
+/// Where an activity that goes on with another one in motion is done with the rest of that one: from this path time (s)
+/// on of the clock of this command.
+struct HandOver {
+  command::SubjectPtr command;
+  double time = 0.0;
+};
+
 /// Control modes of arms, by name.
 using ControlModes = std::map<std::string, device::ControlMode, std::less<>>;
 
@@ -103,8 +111,8 @@ struct PlannedActivity {
   std::map<std::string, EndState, std::less<>> end_states;  ///< of each of its actuators
   std::vector<Ending> endings = {};                         ///< where there is more than one; empty: end_states say all
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< in which it may take an arm over
-  std::set<std::string, std::less<>> taken_over;                         ///< actuators that it can go on with in motion
-  std::vector<PlannedPart> motions = {};                                 ///< of one motion: its parts; of others: none
+  std::map<std::string, HandOver, std::less<>> taken_over;  ///< of each actuator that it can go on with in motion
+  std::vector<PlannedPart> motions = {};                    ///< of one motion: its parts; of others: none
   std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its path; else empty
   /// Control modes that arms are brought into before the command begins; without a command that is all. Only of
   /// activities that begin alone.
@@ -115,7 +123,9 @@ struct PlannedActivity {
   std::set<std::string, std::less<>> touching = {};
   /// What has come of it, asked once its net has ended in order and was not cancelled: errors make the run fail
   /// (RunFailure::kAborted). Empty: nothing can be wrong.
-  std::function<Diagnostics(const ActivityRun&)> verdict = {};
+  std::function<Diagnostics(const RunView&)> verdict = {};
+  /// Its net knows that it may fail: what follows on its actuators waits for its end, as far as it is not continued.
+  bool can_fail = false;
 };
 
 /// An operation in real time that knows what comes before it. Immutable: it may be carried out any number of times,

@@ -10,7 +10,46 @@ namespace {
 
 constexpr const char *kAborted = " abort_if", *kAbortUnknown = " abort_if unknown";
 
+/// "/0", "/1/0"
+bool is_part(std::string_view text) {
+  return text.starts_with('/') && std::ranges::all_of(text, [](char c) { return c == '/' || (c >= '0' && c <= '9'); });
+}
+
 }  // namespace
+
+/// What was made one motion, or is a composition of one, has no parts.
+RunView ActivityRun::inside(const std::string& part) const {
+  const bool has_parts =
+      std::ranges::any_of(observed_, [](const auto& one) { return one.first.ends_with(kPartStarted); });
+  return has_parts ? RunView(*this, part) : RunView(*this);
+}
+
+RunState RunView::state() const {
+  if (is_whole()) return run_.state();
+  if (!was_true(kPartStarted)) return RunState::kQueued;
+  if (was_true(kPartFailed)) return RunState::kFailed;
+  // A guarded motion or a press cancels itself where it comes to its end.
+  if (was_true(kPartCancelled) && run_.state() == RunState::kCancelled) return RunState::kCancelled;
+  if (was_true(kPartCompleted)) return RunState::kCompleted;
+  return run_.over() ? RunState::kFailed : RunState::kRunning;
+}
+
+RunFailure RunView::failure() const {
+  if (is_whole()) return run_.failure();
+  return was_true(kPartFailed)          ? RunFailure::kAborted
+         : state() == RunState::kFailed ? run_.failure()
+                                        : RunFailure::kNone;
+}
+
+bool RunView::may_have_failed() const {
+  if (!is_whole()) return was_true(kPartFailed);
+  const net::Cause cause = run_.cause();
+  return cause.in_order() && cause.code != net::Cause::Code::kCancelled;
+}
+
+RunView RunView::narrowed_to(const std::string& observation) const {
+  return is_whole() ? inside(run_.only_part_with(observation)) : *this;
+}
 
 ActivityRun::~ActivityRun() { unload(); }
 
@@ -46,12 +85,33 @@ Diagnostics ActivityRun::diagnostics_inside() const {
   return inside;
 }
 
+std::string ActivityRun::only_part_with(const std::string& observation) const {
+  std::string only;
+  const bool names_a_part = observation.size() > 1 && is_part(std::string_view(observation).substr(0, 2));
+  if (names_a_part || observed_.contains(observation)) return only;
+  for (const auto& [name, port] : observed_) {
+    if (name.size() <= observation.size() || !name.ends_with(observation)) continue;
+    std::string part = name.substr(0, name.size() - observation.size());
+    if (part.ends_with(' ')) part.pop_back();
+    if (!is_part(part)) continue;
+    if (!only.empty()) return {};
+    only = std::move(part);
+  }
+  return only;
+}
+
+const std::string* ActivityRun::port_of(const std::string& observation) const {
+  const std::string part = only_part_with(observation);
+  const auto found = observed_.find(command::scoped_name(part, observation));
+  return found == observed_.end() ? nullptr : &found->second;
+}
+
 template <class T>
 std::optional<T> ActivityRun::value(const std::string& observation) const {
-  const auto found = observed_.find(observation);
+  const std::string* port = port_of(observation);
   const rcc::NetHandle net = compiled_net();
-  if (found == observed_.end() || net == nullptr) return std::nullopt;
-  const auto* slot = net->find<T>(found->second);
+  if (port == nullptr || net == nullptr) return std::nullopt;
+  const auto* slot = net->find<T>(*port);
   return slot != nullptr && slot->null == 0 ? std::optional<T>(slot->value) : std::nullopt;
 }
 template std::optional<net::Boolean> ActivityRun::value(const std::string&) const;
@@ -69,6 +129,7 @@ bool ActivityRun::was_true(const std::string& observation) const {
 
 void ActivityRun::abort() {
   wants_cancel_ = true;
+  if (carrier_ != nullptr) return carrier_->abort();
   if (state_ == RunState::kRunning && net_ != 0) core_.abort(net_);
 }
 
@@ -80,6 +141,25 @@ bool ActivityRun::shares_actuator(const ActivityRun& other) const {
 const ActivityRun::Clock* ActivityRun::clock_of(const command::SubjectPtr& command) const {
   const auto clock = clocks_.find(command.get());
   return clock == clocks_.end() ? nullptr : &clock->second;
+}
+
+bool ActivityRun::is_before(const HandOver& hand_over) const {
+  if (first_cycle() < 0) return true;
+  const Clock* clock = clock_of(hand_over.command);
+  return clock != nullptr && clock->runs() && clock->time->value < hand_over.time;
+}
+
+bool ActivityRun::carries() const {
+  return blended_ && state_ == RunState::kRunning &&
+         std::ranges::any_of(planned_.taken_over, [this](const auto& one) { return is_before(one.second); });
+}
+
+bool ActivityRun::carries(const ActivityRun& other) const {
+  const auto others = other.model_->actuators();
+  return !over() && std::ranges::any_of(others, [this](const std::string& name) {
+    const auto hand_over = planned_.taken_over.find(name);
+    return hand_over != planned_.taken_over.end() && is_before(hand_over->second);
+  });
 }
 
 std::optional<std::size_t> ActivityRun::part() const {
@@ -118,14 +198,26 @@ void ActivityRun::after_cycle() {
   trace_.note(cycle);
 }
 
+command::State not_allowed(const command::State& state, const command::Command& command) {
+  const command::State silent = is_null(command::BooleanSensor(state.node()));
+  return ((state || silent) && command.active()).once();
+}
+
+command::State not_touched(const command::State& until, bool must_touch, const command::Command& command) {
+  const command::State touched = (until && command.active()).once();
+  const command::State silent = (is_null(command::BooleanSensor(until.node())) && command.active()).once();
+  return !touched && (must_touch ? silent || !command.cancelled() : silent);
+}
+
 void add_abort(command::Command& command, const command::State& state, const std::string& key) {
   const command::BooleanSensor holds(state.node()), unknown(is_null(holds).node());
   command.on_entered(state, cancel(command));
+  command.fails_if(not_allowed(state, command));
   command.capture(key + kAborted, holds, state);
   command.capture(key + kAbortUnknown, unknown, command::State(unknown.node()));
 }
 
-Diagnostics abort_diagnostics(const ActivityRun& run, const std::string& key) {
+Diagnostics abort_diagnostics(const RunView& run, const std::string& key) {
   Diagnostics diagnostics;
   const bool silent = run.was_true(key + kAbortUnknown);
   if (silent || run.was_true(key + kAborted)) add_abort_diagnostic(silent, "/abort_if", diagnostics);

@@ -24,6 +24,8 @@ struct Preparation {
   double total = 0.0;  ///< planning, mapping to a net, LOAD
 };
 
+class RunView;
+
 /// One execution of an activity. Shared by the scheduler, which moves it on, and whoever asked for it. Thread: the
 /// program's. Realtime: setup.
 class ActivityRun {
@@ -35,12 +37,12 @@ class ActivityRun {
 
   [[nodiscard]] const std::string& name() const { return model_->name(); }
   [[nodiscard]] RunState state() const { return state_; }
-  /// It has begun to act, or is over.
-  [[nodiscard]] bool started() const { return began_ || over(); }
+  /// It has begun to act, what it goes on with is behind it, or it is over.
+  [[nodiscard]] bool started() const { return (began_ && !carries()) || over(); }
   [[nodiscard]] bool over() const { return is_final(state_); }
-  /// Why it failed.
-  [[nodiscard]] RunFailure failure() const { return failure_; }
-  [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
+  /// Why it failed. Whoever asks has taken its outcome: the program knows of it (Runtime::take_failures()).
+  [[nodiscard]] RunFailure failure() const { return taken(failure_); }
+  [[nodiscard]] const Diagnostics& diagnostics() const { return taken(diagnostics_); }
   /// The same with locations below the activity, without its name: for who has a location of its own for it.
   [[nodiscard]] Diagnostics diagnostics_inside() const;
   /// It went on with its predecessor in motion.
@@ -68,22 +70,30 @@ class ActivityRun {
   [[nodiscard]] rcc::NetHandle compiled_net() const {
     return unloaded_ != nullptr || net_ == 0 ? unloaded_ : core_.net(net_);
   }
+  /// One part of a composition, by its number from 0: "/1", "/1/0" inside of it.
+  [[nodiscard]] RunView inside(const std::string& part) const;
   /// There is an observation of this name.
-  [[nodiscard]] bool observes(const std::string& observation) const { return observed_.contains(observation); }
-  /// The newest value of an observation of the command (Command::observe, capture). T: any value type.
+  [[nodiscard]] bool observes(const std::string& observation) const { return port_of(observation) != nullptr; }
+  /// It runs, and what it does is still the rest of a motion that it goes on with: that one is not over yet.
+  [[nodiscard]] bool carries() const;
+  /// The newest value of an observation of the command (Command::observe, capture). T: any value type. Of a composition
+  /// whose parts have it: that of the only part that does.
   template <class T>
   [[nodiscard]] std::optional<T> value(const std::string& observation) const;
 
   /// The same of a state; null counts as not holding.
   [[nodiscard]] bool was_true(const std::string& observation) const;
 
-  /// Asks for a graceful end (row L6): it brakes on its path. What only waits is given up.
+  /// Asks for a graceful end (row L6): it brakes on its path, whoever carries out the rest of that by then. What only
+  /// waits is given up.
   void cancel() { wants_cancel_ = true; }
   /// The stop reaction, now.
   void abort();
 
  private:
   friend class Scheduler;
+  friend class Runtime;
+  friend class RunView;
   friend class RunPlanner;
   friend class StartConditions;
 
@@ -96,8 +106,20 @@ class ActivityRun {
     /// Its rate does not change.
     [[nodiscard]] bool is_steady() const { return rate->value > 0.0 && rate_derivative->value == 0.0; }
   };
+  template <class T>
+  [[nodiscard]] const T& taken(const T& outcome) const {
+    taken_ = taken_ || state_ == RunState::kFailed;
+    return outcome;
+  }
   [[nodiscard]] rcc::NetStatus status() const;
+  /// Null: nothing of this name, or several parts have it.
+  [[nodiscard]] const std::string* port_of(const std::string& observation) const;
+  /// The only part that observes it; empty: the run itself does, none does, or several do.
+  [[nodiscard]] std::string only_part_with(const std::string& observation) const;
   [[nodiscard]] bool shares_actuator(const ActivityRun& other) const;
+  /// The rest of the other run's motion is still what it does.
+  [[nodiscard]] bool carries(const ActivityRun& other) const;
+  [[nodiscard]] bool is_before(const HandOver& hand_over) const;
   /// Null: the command is no planned motion of this run.
   [[nodiscard]] const Clock* clock_of(const command::SubjectPtr& command) const;
   /// Keeps what is to be read of its net, which was loaded just now. @return diagnostics: an external effect could not
@@ -119,8 +141,11 @@ class ActivityRun {
   RunFailure failure_ = RunFailure::kNone;
   Diagnostics diagnostics_;
   bool wants_cancel_ = false, began_ = false, blended_ = false;
-  bool after_all_ = false;                     ///< no rule has room for its predecessors: it begins when all are over
-  std::shared_ptr<PlanningJob> job_;           ///< that is being planned
+  mutable bool taken_ = false;            ///< somebody has asked what came of it
+  std::shared_ptr<ActivityRun> carrier_;  ///< that carries out the rest of this one; null: this one itself
+  std::string cancelled_with_;        ///< name of the run whose rest it carried when that was cancelled; empty: none
+  bool after_all_ = false;            ///< no rule has room for its predecessors: it begins when all are over
+  std::shared_ptr<PlanningJob> job_;  ///< that is being planned
   std::shared_ptr<PlanningJob> planned_with_;  ///< that it was planned by
   PlannedActivity planned_;
   Preparation preparation_;
@@ -146,13 +171,56 @@ class ActivityRun {
 };
 using RunPtr = std::shared_ptr<ActivityRun>;
 
+/// What can be read of a run, or of one part of a composition. A cheap value; the run outlives it. Thread: the
+/// program's.
+class RunView {
+ public:
+  RunView(const ActivityRun& run, std::string part = {})  // NOLINT: a run is a view of itself
+      : run_(run), part_(std::move(part)) {}
+
+  /// It is no part of a composition.
+  [[nodiscard]] bool is_whole() const { return part_.empty(); }
+  [[nodiscard]] RunView inside(const std::string& part) const { return {run_, part_ + part}; }
+  [[nodiscard]] const std::string& name() const { return run_.name(); }
+  /// Of a part: queued where it has not begun, running until it ended.
+  [[nodiscard]] RunState state() const;
+  [[nodiscard]] RunFailure failure() const;
+  /// It ended in order and was not cancelled: how it ended counts. Of a part: its net knows that it has failed.
+  [[nodiscard]] bool may_have_failed() const;
+  /// Of a composition the only part that observes this, else itself.
+  [[nodiscard]] RunView narrowed_to(const std::string& observation) const;
+  [[nodiscard]] bool observes(const std::string& observation) const { return run_.observes(named(observation)); }
+  template <class T>
+  [[nodiscard]] std::optional<T> value(const std::string& observation) const {
+    return run_.value<T>(named(observation));
+  }
+  [[nodiscard]] bool was_true(const std::string& observation) const { return run_.was_true(named(observation)); }
+
+ private:
+  [[nodiscard]] std::string named(const std::string& observation) const {
+    return command::scoped_name(part_, observation);
+  }
+
+  const ActivityRun& run_;
+  std::string part_;
+};
+
+/// What a part shows of its life beside what its command observes.
+inline constexpr const char *kPartStarted = "part started", *kPartCompleted = "part completed",
+                            *kPartCancelled = "part cancelled", *kPartFailed = "part failed";
+
 /// What is wrong where a state that must not hold has ended a run. @param silent  it was unknown whether it holds
 void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
 
-/// The command is cancelled when a state holds, or is null (row N3), and shows that. @param key  with which the names
-/// of what it shows begin
+/// The state has held, or was null (row N3), while the command ran: what it fails by (Command::fails_if).
+[[nodiscard]] command::State not_allowed(const command::State& state, const command::Command& command);
+/// Likewise of a guarded motion: its condition was null before it held; and where it must hold, it never did and nobody
+/// cancelled the motion.
+[[nodiscard]] command::State not_touched(const command::State& until, bool must_touch, const command::Command& command);
+/// The command is cancelled when a state holds, or is null (row N3), fails, and shows that. @param key  with which the
+/// names of what it shows begin
 void add_abort(command::Command& command, const command::State& state, const std::string& key);
 /// The same as an error at "/abort_if" once it has ended; empty: the state never held.
-[[nodiscard]] Diagnostics abort_diagnostics(const ActivityRun& run, const std::string& key);
+[[nodiscard]] Diagnostics abort_diagnostics(const RunView& run, const std::string& key);
 
 }  // namespace takt::activity

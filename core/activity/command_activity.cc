@@ -2,13 +2,63 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
+#include <fmt/format.h>
+
+#include "core/activity/activity_run.h"
 #include "core/command/actions/motion_action.h"
 #include "core/command/check.h"
 #include "core/command/command_tree.h"
 
 namespace takt::activity {
 namespace {
+
+/// A command of a tree that may fail.
+struct Fallible {
+  std::string path;  ///< below the root
+  std::string name;
+  std::optional<double> timeout;  ///< of a wait for a state
+};
+
+std::string failed_name(const std::string& path) { return path + " has failed"; }
+std::string held_name(const std::string& path) { return path + " held"; }
+
+/// Those that fail by themselves; each shows whether it has.
+std::vector<Fallible> show_failures(const command::Command& root) {
+  const command::CommandTree tree(root);
+  const std::string& own = tree.at(0).path;
+  std::vector<Fallible> all;
+  for (const command::CommandTree::Entry& entry : tree.entries()) {
+    command::CommandNode& node = *entry.node;
+    const std::string path = entry.path.substr(own.size());
+    const bool times_out = node.until && node.seconds;
+    if (!times_out && !node.fails_if) continue;
+    const auto state = [&node](const char* which) {
+      return command::leaf(net::ValueType::kBoolean, node.subject, which);
+    };
+    all.push_back({.path = path, .name = node.name, .timeout = {}});
+    observe_once(node, failed_name(path), state("failed"));
+    if (!times_out) continue;
+    all.back().timeout = node.seconds;
+    observe_once(node, held_name(path), node.until->node(), state("timed_out"));
+  }
+  return all;
+}
+
+Diagnostics failures_of(const RunView& run, const std::vector<Fallible>& commands) {
+  Diagnostics diagnostics;
+  for (const Fallible& one : commands) {
+    if (!run.was_true(failed_name(one.path))) continue;
+    if (one.timeout) {
+      diagnostics.append(failure_of_wait(run.value<net::Boolean>(held_name(one.path)), *one.timeout), one.path);
+    } else {
+      diagnostics.error(Code::kConditionNotMet, one.path, fmt::format("'{}' has failed", one.name),
+                        "see its fails_if(), and remove the cause");
+    }
+  }
+  return diagnostics;
+}
 
 class CommandActivity final : public ActivityModel {
  public:
@@ -25,7 +75,10 @@ class CommandActivity final : public ActivityModel {
     Diagnostics wrong = command::check(command, false);
     command::add_news(unplanned, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
+    const std::vector<Fallible> fallible = show_failures(command);
     PlannedActivity prepared = planned_activity(command, actuators_, end);
+    prepared.can_fail = !fallible.empty();
+    if (prepared.can_fail) prepared.verdict = [fallible](const RunView& run) { return failures_of(run, fallible); };
     prepared.touching = {actuators_.begin(), actuators_.end()};  // what it means to do only its author knows
     for (const std::string& actuator : actuators_) {
       const auto before = planning.predecessors.find(actuator);
@@ -47,6 +100,24 @@ class CommandActivity final : public ActivityModel {
 };
 
 }  // namespace
+
+void observe_once(command::CommandNode& node, const std::string& name, command::ExpressionPtr value,
+                  command::ExpressionPtr when) {
+  const bool known = std::ranges::any_of(node.observations, [&](const auto& one) { return one.name == name; });
+  if (!known) node.observations.push_back({name, std::move(value), std::move(when)});
+}
+
+Diagnostics failure_of_wait(const std::optional<net::Boolean>& held, double timeout) {
+  Diagnostics diagnostics;
+  if (!held) {
+    diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
+                      "check its power and its wiring");
+  } else if (!*held) {
+    diagnostics.error(Code::kTimeout, "/until", fmt::format("the condition did not hold within {:g} s", timeout),
+                      "a longer \"timeout_s\", or \"try\" around it");
+  }
+  return diagnostics;
+}
 
 PlannedActivity planned_activity(const command::Command& command, const std::vector<std::string>& actuators,
                                  const command::TreeEnd& end) {

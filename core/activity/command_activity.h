@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,13 +27,22 @@ enum class ArmAfter : std::uint8_t {
 /// Where arms are when everything before has ended, as far as that is known.
 [[nodiscard]] command::Places places_before(const PlanningContext& planning);
 
+/// Shows a value under a name where nothing is shown under it yet: a command may be carried out again. @param when
+/// null: always
+void observe_once(command::CommandNode& node, const std::string& name, command::ExpressionPtr value,
+                  command::ExpressionPtr when = nullptr);
+
+/// How a wait for a state with a timeout has failed. @param held  the state when its time was over; nothing: unknown
+[[nodiscard]] Diagnostics failure_of_wait(const std::optional<net::Boolean>& held, double timeout);
+
 /// Any command as an activity that begins at rest: a gripper, an output, a hold, a transaction of one's own. Realtime:
 /// setup.
 [[nodiscard]] ActivityPtr command_activity(std::string name, std::vector<std::string> actuators, CommandMaker make,
                                            ArmAfter arms = ArmAfter::kUnknown);
 
 /// A command that the program has built: planned and mapped anew each time it is carried out, never twice at one time.
-/// It drives what the command drives, and it is not known where its arms are after it. Realtime: setup.
+/// It drives what the command drives, and it is not known where its arms are after it. It fails where a command in it
+/// has (Command::failed). Realtime: setup.
 [[nodiscard]] ActivityPtr command_activity(const command::Command& command);
 
 }  // namespace takt::activity

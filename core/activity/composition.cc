@@ -7,6 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "core/activity/command_activity.h"
+#include "core/command/command_tree.h"
+
 namespace takt::activity {
 namespace {
 
@@ -26,6 +29,47 @@ std::string joined(const std::vector<ActivityPtr>& parts, const char* between) {
   constexpr std::size_t kLongest = 60;
   return name.size() <= kLongest ? name : fmt::format("{} parts{}", parts.size(), between);
 }
+
+/// A part has a name of its own in its transaction, shows how it went, and what it observes is named by its number.
+void name_part(command::Command& command, std::size_t i, const std::string& part) {
+  command::CommandNode& node = *command.node();
+  const std::string number = fmt::format("{} ", i + 1);
+  if (!node.name.starts_with(number)) node.name.insert(0, number);
+  node.part = part;
+  observe_once(node, kPartStarted, command.started().node());
+  observe_once(node, kPartCompleted, command.completed().node());
+  observe_once(node, kPartCancelled, command.cancelled().node());
+  observe_once(node, kPartFailed, command.failed().node());
+}
+
+/// A part of a composition that is over, with what it says of its end.
+struct PartEnd {
+  std::string part, name;  ///< "/1"; of its activity
+  std::function<Diagnostics(const RunView&)> verdict;
+
+  [[nodiscard]] Diagnostics judge(const RunView& run) const {
+    if (run.state() == RunState::kQueued) return {};  // it was not begun
+    Diagnostics wrong = verdict ? verdict(run) : Diagnostics();
+    if (!wrong.has_errors() && run.state() == RunState::kFailed)
+      wrong.error(Code::kConditionNotMet, "", "it has failed", "remove the cause and ask for it again");
+    return wrong;
+  }
+};
+
+Diagnostics judge(const RunView& run, const std::vector<PartEnd>& ends) {
+  Diagnostics all;
+  for (const PartEnd& end : ends) {
+    const Diagnostics wrong = end.judge(run.inside(end.part));
+    for (Diagnostic diagnostic : wrong.list()) {
+      diagnostic.pointer.insert(0, end.part);
+      diagnostic.message = fmt::format("'{}': {}", end.name, diagnostic.message);
+      all.add(std::move(diagnostic));
+    }
+  }
+  return all;
+}
+
+bool can_fail(const command::Command& command) { return command::CommandTree(command).can_fail(0); }
 
 /// Parts that are prepared one by one against what the ones before leave behind.
 class CompositeActivity : public ActivityModel {
@@ -63,28 +107,55 @@ class CompositeActivity : public ActivityModel {
     return own;
   }
 
-  [[nodiscard]] Result<PlannedActivity> prepare_part(std::size_t i, const PlanningContext& own) const {
+  /// @param part  of the whole, "/1"
+  [[nodiscard]] Result<PlannedActivity> prepare_part(std::size_t i, PlanningContext own,
+                                                     const std::string& part) const {
     if (parts_[i]->begins_alone())
-      return failure(Code::kConflict, fmt::format("/{}", i),
+      return failure(Code::kConflict, place_of(i),
                      fmt::format("'{}' changes a control mode, which no part of a net can", parts_[i]->name()),
-                     "an activity of its own, before or after the others");
+                     "make it an activity of its own, before or after the others");
+    own.is_part = true;
     auto prepared = parts_[i]->prepare(own);
     if (prepared) {
-      // Commands of one transaction have names of their own.
-      prepared->command->node()->name = fmt::format("{} {}", i + 1, prepared->command->name());
+      name_part(*prepared->command, i, part);
       return prepared;
     }
     Diagnostics diagnostics;
-    diagnostics.append(prepared.error(), fmt::format("/{}", i));
+    diagnostics.append(prepared.error(), place_of(i));
     return std::unexpected(std::move(diagnostics));
+  }
+  [[nodiscard]] Result<PlannedActivity> prepare_part(std::size_t i, const PlanningContext& own) const {
+    return prepare_part(i, own, place_of(i));
+  }
+  /// Where the part is among those that the program has named.
+  [[nodiscard]] virtual std::string place_of(std::size_t i) const { return pointer_segment(i); }
+
+  [[nodiscard]] PartEnd end_of(std::size_t i, PlannedActivity& planned, const std::string& part) const {
+    return {part, parts_[i]->name(), std::move(planned.verdict)};
+  }
+  [[nodiscard]] PartEnd end_of(std::size_t i, PlannedActivity& planned) const {
+    return end_of(i, planned, place_of(i));
+  }
+  /// It fails where one of its parts has.
+  static void finish(PlannedActivity& whole, const TransactionCommand& all, std::vector<PartEnd> ends) {
+    whole.command = all;
+    whole.can_fail = can_fail(all);
+    whole.verdict = [ends = std::move(ends)](const RunView& run) { return judge(run, ends); };
+  }
+  /// A part that has failed ends the others in order, and nothing begins any more.
+  static void end_at_failure(TransactionCommand& all, const std::vector<command::Command>& parts) {
+    std::optional<State> failed;
+    for (const command::Command& part : parts)
+      if (can_fail(part)) failed = failed ? *failed || part.failed() : part.failed();
+    if (failed) all.on_entered(*failed, cancel(all));
   }
 
   /// Takes over how part begins its actuators, where no other one had them before.
   static void add_begins(PlannedActivity& whole, const PlannedActivity& part) {
     for (const auto& [name, ways] : part.begins)
       if (!whole.end_states.contains(name)) whole.begins[name] = ways;
-    for (const std::string& name : part.taken_over)
-      if (!whole.end_states.contains(name)) whole.taken_over.insert(name);
+    for (const auto& [name, hand_over] : part.taken_over)
+      if (!whole.end_states.contains(name)) whole.taken_over[name] = hand_over;
     whole.touching.insert(part.touching.begin(), part.touching.end());
   }
   static void add_end_states(PlannedActivity& whole, const PlannedActivity& part) {
@@ -96,13 +167,16 @@ class CompositeActivity : public ActivityModel {
 
 class SequenceActivity final : public CompositeActivity {
  public:
-  explicit SequenceActivity(const std::vector<ActivityPtr>& parts) : CompositeActivity(joined(parts, ", "), parts) {}
+  /// @param places  of each part among those that the program has named: some are one motion
+  SequenceActivity(const std::vector<ActivityPtr>& parts, std::vector<std::size_t> places)
+      : CompositeActivity(joined(parts, ", "), parts), places_(std::move(places)) {}
 
   /// A part after one with several endings is planned for each of them, where that makes a difference.
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     PlannedActivity whole;
     TransactionCommand all(name());
     std::vector<Branch> branches(1);
+    std::vector<PartEnd> ends;
     std::optional<command::Command> last;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       auto planned = plan_part(i, planning, branches);
@@ -115,20 +189,32 @@ class SequenceActivity final : public CompositeActivity {
       }
       last = command;
       for (const PlannedActivity& part : *planned) add_begins(whole, part);
+      add_ends(i, *planned, ends);
       branches = after(branches, *planned);
       if (branches.size() > kMostEndings)
-        return failure(Code::kTooLarge, pointer_segment(i), fmt::format("{} ways in which it may end", branches.size()),
+        return failure(Code::kTooLarge, place_of(i), fmt::format("{} ways in which it may end", branches.size()),
                        fmt::format("{} at most", kMostEndings));
       whole.end_states = common_states(branches);
     }
     if (branches.size() > 1)
       for (const Branch& branch : branches) whole.endings.push_back({*branch.taken, states_of(branch)});
-    whole.command = all;
+    finish(whole, all, std::move(ends));
     return whole;
   }
 
  private:
   static constexpr std::size_t kMostEndings = 8;
+
+  [[nodiscard]] std::string place_of(std::size_t i) const override { return pointer_segment(places_[i]); }
+  /// @param count  how often the part is planned. @param k  for which of the branches
+  [[nodiscard]] std::string part_of(std::size_t i, std::size_t count, std::size_t k) const {
+    return count == 1 ? place_of(i) : place_of(i) + pointer_segment(k);
+  }
+  void add_ends(std::size_t i, std::vector<PlannedActivity>& planned, std::vector<PartEnd>& ends) const {
+    for (std::size_t k = 0; k < planned.size(); ++k)
+      ends.push_back(end_of(i, planned[k], part_of(i, planned.size(), k)));
+  }
+
   /// The endings until now; without a state: the only one.
   struct Branch {
     std::optional<State> taken;
@@ -147,7 +233,7 @@ class SequenceActivity final : public CompositeActivity {
     std::vector<PlannedActivity> planned;
     const std::size_t count = begins_alike(i, branches) ? 1 : branches.size();
     for (std::size_t k = 0; k < count; ++k) {
-      auto part = prepare_part(i, before(i, planning, branches[k].end_states, i == 0));
+      auto part = prepare_part(i, before(i, planning, branches[k].end_states, i == 0), part_of(i, count, k));
       if (!part) return std::unexpected(std::move(part.error()));
       if (count > 1) part->command->node()->name += fmt::format(" after end {}", k + 1);
       planned.push_back(std::move(*part));
@@ -208,6 +294,8 @@ class SequenceActivity final : public CompositeActivity {
     }
     return states;
   }
+
+  std::vector<std::size_t> places_;
 };
 
 class ParallelActivity final : public CompositeActivity {
@@ -217,14 +305,19 @@ class ParallelActivity final : public CompositeActivity {
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     PlannedActivity whole;
     TransactionCommand all(name());
+    std::vector<PartEnd> ends;
+    std::vector<command::Command> commands;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       auto part = prepare_part(i, before(i, planning, EndStates(), true));
       if (!part) return part;
       all.add_started(*part->command);
+      commands.push_back(*part->command);
       add_begins(whole, *part);
       add_end_states(whole, *part);
+      ends.push_back(end_of(i, *part));
     }
-    whole.command = all;
+    end_at_failure(all, commands);
+    finish(whole, all, std::move(ends));
     return whole;
   }
 };
@@ -237,6 +330,7 @@ class ConditionalActivity final : public CompositeActivity {
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     PlannedActivity whole;
     TransactionCommand both(name());
+    std::vector<PartEnd> ends;
     const State decided = at_first(condition_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       auto part = prepare_part(i, before(i, planning, EndStates(), false));
@@ -248,6 +342,7 @@ class ConditionalActivity final : public CompositeActivity {
       whole.touching.insert(part->touching.begin(), part->touching.end());
       agree(whole, *part, planning);
       add_endings(whole, *part);
+      ends.push_back(end_of(i, *part));
     }
     // What only one of them moves may also stay where it is.
     for (auto& [name, end_state] : whole.end_states) {
@@ -264,7 +359,7 @@ class ConditionalActivity final : public CompositeActivity {
         if (given != planning.predecessors.end()) ending.after.try_emplace(name, given->second.at_end);
       }
     }
-    whole.command = both;
+    finish(whole, both, std::move(ends));
     return whole;
   }
 
@@ -298,6 +393,8 @@ class MainTaskActivity final : public CompositeActivity {
     if (!main) return main;
     PlannedActivity whole;
     TransactionCommand all(name());
+    std::vector<PartEnd> ends;
+    std::vector<command::Command> commands{*main->command};
     all.add_started(*main->command);
     add_begins(whole, *main);
     add_end_states(whole, *main);
@@ -308,11 +405,15 @@ class MainTaskActivity final : public CompositeActivity {
       if (!part) return part;
       all.add(*part->command);
       all.on_entered(*when, start(*part->command), {.first_only = true});
+      commands.push_back(*part->command);
       add_begins(whole, *part);
       add_end_states(whole, *part);
+      ends.push_back(end_of(i + 1, *part));
     }
+    ends.push_back(end_of(0, *main));
     for (auto& [name, end_state] : whole.end_states) end_state.last.clear();
-    whole.command = all;
+    end_at_failure(all, commands);
+    finish(whole, all, std::move(ends));
     return whole;
   }
 
@@ -349,10 +450,11 @@ class AbortActivity final : public ActivityModel {
       return failure(Code::kUnsupported, "/abort_if",
                      fmt::format("'{}' is not a command, so nothing can end it", name()),
                      "an activity that moves something");
-    add_abort(*prepared->command, state_, {});
+    if (!watches(*prepared->command)) add_abort(*prepared->command, state_, {});
     // What goes on with it would not watch the state any more.
     for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
-    prepared->verdict = [inner = std::move(prepared->verdict)](const ActivityRun& run) {
+    prepared->can_fail = true;
+    prepared->verdict = [inner = std::move(prepared->verdict)](const RunView& run) {
       Diagnostics wrong = inner ? inner(run) : Diagnostics();
       wrong.append(abort_diagnostics(run, std::string()));
       return wrong;
@@ -360,7 +462,17 @@ class AbortActivity final : public ActivityModel {
     return prepared;
   }
 
+  [[nodiscard]] const ActivityPtr& inner() const { return inner_; }
+  [[nodiscard]] const State& state() const { return state_; }
+
  private:
+  /// A command of the program's own is carried out again and again.
+  [[nodiscard]] bool watches(const command::Command& command) const {
+    return std::ranges::any_of(command.node()->handlers, [&](const command::EventHandler& one) {
+      return one.state.node() == state_.node() && one.effect.target == command.subject();
+    });
+  }
+
   ActivityPtr inner_;
   State state_;
 };
@@ -407,16 +519,19 @@ void check_apart(const Activity& part, const Activity& other, const std::string&
 Activity sequence(const std::vector<Activity>& parts) {
   Runtime& runtime = runtime_of(parts);
   std::vector<ActivityPtr> models;
-  for (ActivityPtr& model : models_of(parts)) {
-    ActivityPtr one = models.empty() ? nullptr : models.back()->blended_into(*model);
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    ActivityPtr one = models.empty() ? nullptr : models.back()->blended_into(*parts[i].model());
     if (one) {
       models.back() = std::move(one);
+      places.back() = i;
     } else {
-      models.push_back(std::move(model));
+      models.push_back(parts[i].model());
+      places.push_back(i);
     }
   }
   if (models.size() == 1) return {runtime, models.front()};
-  return {runtime, std::make_shared<const SequenceActivity>(models)};
+  return {runtime, std::make_shared<const SequenceActivity>(models, std::move(places))};
 }
 
 Activity parallel(const std::vector<Activity>& parts) {
@@ -447,6 +562,8 @@ Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtask
 }
 
 Activity abort_if(const Activity& activity, const State& state) {
+  if (const auto* other = dynamic_cast<const AbortActivity*>(activity.model().get()))
+    return {activity.runtime(), std::make_shared<const AbortActivity>(other->inner(), other->state() || state)};
   return {activity.runtime(), std::make_shared<const AbortActivity>(activity.model(), state)};
 }
 

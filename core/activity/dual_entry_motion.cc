@@ -29,16 +29,10 @@ State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) 
          is_less(largest(command::commanded_velocities(cell, arm)), kStanding);
 }
 
-/// Speed from outside, that of the program and that of the operator; and where the clock is, shown to
-/// successors and read from the predecessor.
+/// Where the clock is, shown to successors and read from the predecessor.
 void connect(const Cell& cell, const std::string& arm, std::optional<double> tau, command::PlannedMotion& motion) {
   const auto has = [&cell](const std::string& channel) { return cell.channels.contains(channel); };
   const std::string time = path_time_channel(arm), rate = path_rate_channel(arm);
-  if (has(speed_channel(arm))) motion.clock.speed = command::channel<net::Real>(cell, speed_channel(arm));
-  if (!cell.override_channel.empty()) {
-    const auto by_operator = min(max(command::channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
-    motion.clock.speed = motion.clock.speed ? *motion.clock.speed * by_operator : by_operator;
-  }
   if (!has(time) || !has(rate)) return;
   motion.clock_outputs = {.time = time, .rate = rate};
   if (tau)
@@ -79,6 +73,7 @@ void add_abort(const std::vector<std::optional<State>>& abort_if, const command:
     if (i > 0) holds = holds && action.via_passed(i - 1);
     if (i < static_cast<int>(motion.handed_over.size())) holds = holds && !action.via_passed(i);
     command.on_entered(holds, cancel(command));
+    command.fails_if(not_allowed(holds, command));
     command.capture(entry.broken(i - entry.before), action.progress(), holds);
     command.capture(entry.silent(i - entry.before), action.progress(), is_null(command::BooleanSensor(holds.node())));
   }
@@ -117,12 +112,14 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
   if (dual.offset) {
     const State silent = action.state("no_force");
     command.on_entered(silent, cancel(command));
+    command.fails_if(silent.once());
     command.capture(entry.no_force, command::tool_pose(cell, dual.clock), silent);
   }
   if (!options.until) return command;
   State until = *options.until;
   if (!motion.handed_over.empty()) until = until && action.via_passed(static_cast<int>(motion.handed_over.size()) - 1);
   command.on_entered(until, cancel(command));
+  command.fails_if(not_touched(until, options.must_touch, command));
   // A sensor that is silent stops the arm, but it has not felt anything.
   command.capture(entry.touch, command::tool_pose(cell, dual.clock), until);
   if (const auto wrench = wrench_in(options.until->node()); wrench != nullptr)
@@ -203,6 +200,22 @@ Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionOptio
   return {};
 }
 
+GuardedOutcome outcome_of(const RunView& run, const GuardedEnd& end) {
+  using enum GuardedOutcome::Kind;
+  constexpr double kRounding = 1e-9;
+  bool at_goal = false;
+  for (const Entry& entry : {kFromRest, kFromBlend}) {
+    at_goal = at_goal || run.value<net::Real>(entry.progress).value_or(0.0) > 1.0 - kRounding;
+    const auto touch = run.value<net::Frame>(entry.touch);
+    if (!touch) continue;
+    GuardedOutcome outcome{.kind = kTouched, .X_BT = touch};
+    if (const auto felt = run.value<net::Vector>(entry.force)) outcome.force = *felt;
+    return outcome;
+  }
+  if (at_goal) return {.kind = kNotTouched};
+  return {.kind = run.may_have_failed() && !end.broken && !end.no_force ? kSensorSilent : kInterrupted};
+}
+
 void add_last(const command::SubjectPtr& command, const BlendSource& motion, PlannedActivity& prepared) {
   for (auto& [arm, end_state] : prepared.end_states) end_state.last.push_back({command, motion});
 }
@@ -257,7 +270,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   if (may_be_left) add_last(going_on.subject(), blend_source(dual, *dual.from_blend, options, duration), prepared);
   for (const auto& [arm, begin] : dual.begins) {
     if (begin.blend) prepared.begins[arm].push_back(*begin.blend);
-    prepared.taken_over.insert(arm);
+    prepared.taken_over[arm] = {going_on.subject(), own_begin};
   }
   const State rests = at_first(stands_at(cell, dual.clock, dual.from_rest.motion->q_start));
   command::TransactionCommand both(dual.name);
@@ -313,25 +326,14 @@ std::string_view name_of(GuardedOutcome::Kind kind) {
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
-GuardedOutcome guarded_outcome(const ActivityRun& run) {
-  using enum GuardedOutcome::Kind;
-  constexpr double kRounding = 1e-9;
-  bool at_goal = false;
-  for (const Entry& entry : {kFromRest, kFromBlend}) {
-    at_goal = at_goal || run.value<net::Real>(entry.progress).value_or(0.0) > 1.0 - kRounding;
-    const auto touch = run.value<net::Frame>(entry.touch);
-    if (!touch) continue;
-    GuardedOutcome outcome{.kind = kTouched, .X_BT = touch};
-    if (const auto felt = run.value<net::Vector>(entry.force)) outcome.force = *felt;
-    return outcome;
-  }
-  if (at_goal) return {.kind = kNotTouched};
-  return {.kind = run.state() == RunState::kCompleted ? kSensorSilent : kInterrupted};
+GuardedOutcome guarded_outcome(const RunView& run) {
+  constexpr int kMost = 100;  // motions in one
+  (void)run.failure();        // who asks for the outcome knows of it
+  return guarded_end(run.narrowed_to(kFromRest.progress), kMost).outcome;
 }
 
-GuardedEnd guarded_end(const ActivityRun& run, int motions) {
+GuardedEnd guarded_end(const RunView& run, int motions) {
   GuardedEnd end;
-  end.outcome = guarded_outcome(run);
   for (const Entry& entry : {kFromRest, kFromBlend}) {
     end.no_force = end.no_force || run.value<net::Frame>(entry.no_force).has_value();
     for (int i = -1; i < motions; ++i) {
@@ -339,17 +341,8 @@ GuardedEnd guarded_end(const ActivityRun& run, int motions) {
       if (run.value<net::Real>(entry.broken(i))) end.broken = {.motion = i, .silent = false};
     }
   }
+  end.outcome = outcome_of(run, end);
   return end;
-}
-
-Diagnostics abort_diagnostics(const ActivityRun& run, int motions) {
-  Diagnostics diagnostics;
-  const auto broken = guarded_end(run, motions).broken;
-  if (!broken) return diagnostics;
-  const std::string pointer =
-      motions > 1 && broken->motion >= 0 ? pointer_segment(static_cast<std::size_t>(broken->motion)) : std::string();
-  add_abort_diagnostic(broken->silent, pointer + "/abort_if", diagnostics);
-  return diagnostics;
 }
 
 }  // namespace takt::activity

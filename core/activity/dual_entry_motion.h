@@ -4,9 +4,11 @@
 #include <optional>
 #include <string>
 
-#include "core/activity/motion_activity.h"
+#include "core/activity/activity_model.h"
+#include "core/activity/motion_options.h"
 #include "core/activity/scheduler.h"
 #include "core/command/actions/overlay_action.h"
+#include "core/command/actions/weave_plan.h"
 
 namespace takt::activity {
 
@@ -84,7 +86,7 @@ struct GuardedOutcome {
 };
 [[nodiscard]] std::string_view name_of(GuardedOutcome::Kind kind);
 /// Of one motion, or a sequence that is one, with a condition (MotionOptions::until). Realtime: setup.
-[[nodiscard]] GuardedOutcome guarded_outcome(const ActivityRun& run);
+[[nodiscard]] GuardedOutcome guarded_outcome(const RunView& run);
 
 /// How a motion ended that shows it (DualEntryMotion::until, DualEntryMotion::abort_if).
 struct GuardedEnd {
@@ -98,10 +100,7 @@ struct GuardedEnd {
   bool no_force = false;  ///< with a force offset: the force was not known any more
 };
 /// @param motions  that it is made of
-[[nodiscard]] GuardedEnd guarded_end(const ActivityRun& run, int motions = 1);
-
-/// The same as an error, for PlannedActivity::verdict; empty: nothing that must not hold did.
-[[nodiscard]] Diagnostics abort_diagnostics(const ActivityRun& run, int motions = 1);
+[[nodiscard]] GuardedEnd guarded_end(const RunView& run, int motions = 1);
 
 /// The seam of a motion that runs at rate 1.
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);

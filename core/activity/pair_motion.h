@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/activity/activity_model.h"
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/motion/plan_pair.h"
 
 /// What motions of two arms as one are made of (docs/activity-layer.md). Realtime: setup.

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/activity/held_parts.h"
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/expression/moving_frames.h"
 #include "core/expression/tool_settings.h"
 
@@ -42,8 +42,12 @@ ProgramCancelled::ProgramCancelled()
 
 RunPtr Runtime::schedule(ActivityPtr model) {
   require_going();
+  if (options_.before_activity) {
+    options_.before_activity(model->name());
+    require_going();
+  }
   command::tell_tool_settings(cell_);  // what could not be told while something held the arm
-  return scheduler_.schedule(std::move(model));
+  return begun_.emplace_back(scheduler_.schedule(std::move(model)));
 }
 
 void Runtime::cancel() {
@@ -71,6 +75,7 @@ void Runtime::step() {
   require_outside();
   see_flanges(cell_);
   resume_coroutines();
+  report_failures();
   scheduler_.poll();
   notice_lost_parts(context_);
   notice_lost_tools(context_);
@@ -91,6 +96,28 @@ void Runtime::resume_coroutines() {
     resuming_ = false;
   }
   poll_spawned();
+}
+
+void Runtime::report_failures() {
+  std::erase_if(begun_, [this](const RunPtr& run) {
+    if (!run->over()) return false;
+    if (run->state_ != RunState::kFailed || run->taken_) return true;
+    for (const Diagnostic& one : run->diagnostics_.list())
+      context_.event(run->name(), "failed", fmt::format("{}: {}", name_of(one.code), one.message));
+    failed_.push_back(run);
+    return true;
+  });
+}
+
+Diagnostics Runtime::take_failures(bool given_up) {
+  report_failures();
+  Diagnostics all;
+  for (const RunPtr& run : failed_) {
+    if (std::exchange(run->taken_, true)) continue;
+    if (given_up || run->failure_ != RunFailure::kGivenUp) all.append(run->diagnostics_);
+  }
+  failed_.clear();
+  return all;
 }
 
 void Runtime::spend() {

@@ -42,6 +42,8 @@ class Runtime {
     Variables* variables = nullptr;          ///< what the program measures; null: the runtime has its own
     EventSink event = {};                    ///< is told what happened; may be empty
     RealtimeSupport realtime = {};           ///< both outlive the runtime
+    /// Called with the name of each activity that is asked for; it may cancel() the program. May be empty.
+    std::function<void(const std::string& name)> before_activity = {};
   };
   /// @param cell       devices and frames; see declare_channels()
   /// @param run_cycle  runs one cycle of the core, and of the simulation around it
@@ -78,6 +80,9 @@ class Runtime {
   [[nodiscard]] bool idle() const { return scheduler_.idle() && spawned_.empty(); }
   /// Forgets all coroutines: after an exception their owners are gone. Activities that run go on.
   void drop_coroutines();
+  /// What has failed and nobody has asked about: neither waited for it, nor read failure() or diagnostics() of the run.
+  /// They count as asked about from now on. @param given_up  those too that were given up because another one failed
+  [[nodiscard]] Diagnostics take_failures(bool given_up = true);
   /// Names of the activities that run, joined by " + ".
   [[nodiscard]] std::string current() const { return scheduler_.current(); }
   /// What they mean to touch (docs/world.md).
@@ -129,6 +134,8 @@ class Runtime {
   /// Throws when the program is to end.
   void require_going() const;
   void resume_coroutines();
+  /// Tells of what has failed and nobody has asked about, once.
+  void report_failures();
   void poll_spawned();
 
   rcc::ControlCore& core_;
@@ -140,7 +147,9 @@ class Runtime {
   Context context_;
   std::map<std::string, double> speeds_;
   std::vector<Waiting> waiting_;
-  std::deque<Task> spawned_;  ///< a coroutine may spawn another one while this is walked
+  std::vector<RunPtr> begun_;   ///< not over, or over in the last cycle
+  std::vector<RunPtr> failed_;  ///< that nobody had asked about in the cycle after
+  std::deque<Task> spawned_;    ///< a coroutine may spawn another one while this is walked
   bool resuming_ = false, cancelled_ = false;
   std::int64_t spent_in_cycle_ = -1;
   int spent_ = 0;

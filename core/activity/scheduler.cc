@@ -21,6 +21,11 @@ Diagnostics single_diagnostic(Code code, std::string message, std::string hint) 
   return diagnostics;
 }
 
+Diagnostics given_up(const std::string& name, const std::string& before, const char* what) {
+  return single_diagnostic(Code::kStopped, fmt::format("'{}' was given up: '{}' before it {}", name, before, what),
+                           "nothing starts by itself after a stop: ask for it again");
+}
+
 }  // namespace
 
 RunPtr Scheduler::schedule(ActivityPtr model) {
@@ -53,7 +58,7 @@ std::string Scheduler::current() const {
   std::string names;
   for (const RunPtr& run : runs_) {
     const bool runs = run->state() == RunState::kRunning || run->state() == RunState::kReturning;
-    if (runs) names += (names.empty() ? "" : " + ") + run->name();
+    if (runs && !run->carries()) names += (names.empty() ? "" : " + ") + run->name();
   }
   return names;
 }
@@ -133,11 +138,27 @@ void Scheduler::follow_switching(ActivityRun& run) {
 }
 
 void Scheduler::follow_running(ActivityRun& run) {
+  if (run.carrier_ != nullptr) return follow_carried(run);
   const NetState state = core_.state(run.net_);
   run.after_cycle();
   run.call_externals();
   if (run.wants_cancel_ && state == NetState::kRunning) (void)core_.cancel(run.net_);  // again, if the queue is full
   if (state == NetState::kTerminated) end_of_net(run);
+}
+
+void Scheduler::follow_carried(ActivityRun& run) {
+  ActivityRun& by = *run.carrier_;
+  if (by.state_ == RunState::kFailed)
+    return fail(run, RunFailure::kStopped,
+                single_diagnostic(Code::kStopped,
+                                  fmt::format("'{}' was stopped on its path: '{}', which went on with it, failed",
+                                              run.name(), by.name()),
+                                  kAgain));
+  if (by.state_ == RunState::kCancelled) return end(run, RunEvent::kCancelled);
+  if (!by.carries(run)) return end(run, RunEvent::kEnded);
+  if (!run.wants_cancel_ || by.wants_cancel_) return;
+  by.cancelled_with_ = run.name();
+  by.cancel();
 }
 
 /// Once its arms are at rest: what failed brakes first.
@@ -187,7 +208,13 @@ void Scheduler::post(ActivityRun& run) {
 void Scheduler::end_of_net(ActivityRun& run) {
   run.status_ = core_.status(run.net_);
   const net::Cause& cause = run.status_->cause;
+  if (cause.code == net::Cause::Code::kCancelled && !run.cancelled_with_.empty()) {
+    run.taken_ = true;  // whoever asks for a cancel knows what was to follow
+    return fail(run, RunFailure::kGivenUp, given_up(run.name(), run.cancelled_with_, "was cancelled"));
+  }
   if (cause.code == net::Cause::Code::kCancelled) return end(run, RunEvent::kCancelled);
+  if (cause.code == net::Cause::Code::kTakenOver && (run.carrier_ = successor_of(run)) != nullptr)
+    return follow_carried(run);
   if (cause.in_order()) {
     Diagnostics wrong = run.planned_.verdict ? run.planned_.verdict(run) : Diagnostics();
     if (wrong.has_errors()) return fail(run, RunFailure::kAborted, std::move(wrong));
@@ -198,6 +225,15 @@ void Scheduler::end_of_net(ActivityRun& run) {
                          fmt::format("'{}' was stopped in cycle {} ({}): {}", run.name(), run.status_->last_cycle,
                                      net::name_of(cause.code), command::cause_text(cause, cell_)),
                          kAgain));
+}
+
+RunPtr Scheduler::successor_of(const ActivityRun& run) const {
+  const auto next = std::ranges::find_if(runs_, [&](const RunPtr& other) {
+    const bool goes_on =
+        !other->planned_.taken_over.empty() && other->net_ != 0 && other->carrier_ == nullptr && !other->over();
+    return goes_on && other.get() != &run && other->shares_actuator(run) && core_.state(other->net_) > NetState::kReady;
+  });
+  return next == runs_.end() ? nullptr : *next;
 }
 
 void Scheduler::fail(ActivityRun& run, RunFailure why, Diagnostics diagnostics) {
@@ -240,11 +276,10 @@ void Scheduler::give_up_followers(const ActivityRun& run) {
   for (const RunPtr& other : runs_) {
     if (other.get() == &run) behind = true;
     if (!behind || other.get() == &run || !is_waiting(other->state()) || !other->shares_actuator(run)) continue;
+    // Whoever asks for a cancel knows what was to follow.
+    other->taken_ = run.state_ == RunState::kCancelled || (run.failure_ == RunFailure::kGivenUp && run.taken_);
     fail(*other, RunFailure::kGivenUp,
-         single_diagnostic(Code::kStopped,
-                           fmt::format("'{}' was given up: '{}' before it {}", other->name(), run.name(),
-                                       run.state() == RunState::kCancelled ? "was cancelled" : "failed"),
-                           "nothing starts by itself after a stop: ask for it again"));
+         given_up(other->name(), run.name(), run.state() == RunState::kCancelled ? "was cancelled" : "failed"));
   }
 }
 

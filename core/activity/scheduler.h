@@ -66,6 +66,8 @@ class Scheduler {
   void follow_loaded(ActivityRun& run);
   void follow_switching(ActivityRun& run);
   void follow_running(ActivityRun& run);
+  /// Another one does what is left of it.
+  void follow_carried(ActivityRun& run);
   void follow_returning(ActivityRun& run);
   /// What the core has said since the last poll().
   [[nodiscard]] std::span<const rcc::Event> events() const {
@@ -81,6 +83,8 @@ class Scheduler {
 
   // Its end.
   void end_of_net(ActivityRun& run);
+  /// Who has taken its motion over. Null: nobody.
+  [[nodiscard]] RunPtr successor_of(const ActivityRun& run) const;
   /// Over, or first back into the control modes of before.
   void end(ActivityRun& run, RunEvent outcome);
   /// What came first is kept as the reason.

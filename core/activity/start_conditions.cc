@@ -41,7 +41,7 @@ RunsBefore StartConditions::runs_before(const ActivityRun& run, std::span<const 
   RunsBefore before;
   for (const auto& other : runs) {
     if (other.get() == &run) break;
-    if (other->over() || !other->shares_actuator(run)) continue;
+    if (other->over() || other->carrier_ != nullptr || !other->shares_actuator(run)) continue;
     if (other->state() != RunState::kRunning) {
       before.wait = true;
       continue;
@@ -88,6 +88,9 @@ std::optional<PlanningContext> StartConditions::planning_context(const ActivityR
   if (!all_leave) {
     for (auto& [name, one] : planning.predecessors) one.leaving.reset();
   }
+  // Where it may have failed only its end says whether the next one may begin.
+  const auto can_fail = [](const ActivityRun* other) { return other->planned_.can_fail; };
+  if (!all_leave && std::ranges::any_of(before.running, can_fail)) return std::nullopt;
   // Without a seam only the end itself says that the next one may begin.
   const bool only_arms = std::ranges::all_of(own, [this](const auto& name) { return cell_.arms.contains(name); });
   if (!before.running.empty() && !only_arms) return std::nullopt;
@@ -97,10 +100,12 @@ std::optional<PlanningContext> StartConditions::planning_context(const ActivityR
 std::vector<MotionBeside> StartConditions::motions_beside(const ActivityRun& run,
                                                           std::span<const std::shared_ptr<ActivityRun>> runs) const {
   std::vector<MotionBeside> beside;
-  if (!options_.checks_collisions || !run.model_->avoids_others()) return beside;
+  if (!options_.checks_collisions) return beside;
   for (const auto& other : runs) {
     const bool is_planned = other->state() == RunState::kLoaded || other->state() == RunState::kRunning;
-    if (other.get() == &run || !is_planned || !other->planned_.command || other->shares_actuator(run)) continue;
+    if (other.get() == &run || other->carrier_ != nullptr || !is_planned || !other->planned_.command ||
+        other->shares_actuator(run))
+      continue;
     const command::CommandTree tree(*other->planned_.command);
     for (const command::CommandTree::Entry& entry : tree.entries()) {
       const command::PlannedMotion* motion = entry.node->is_runtime() ? entry.node->model().planned_motion() : nullptr;
@@ -154,6 +159,7 @@ std::optional<Predecessor> StartConditions::at_rest(const device::Arm& arm) cons
 
 std::optional<Predecessor::Leaving> StartConditions::leaving(const ActivityRun& run, const EndState& end_state) const {
   const double period = to_seconds(core_.period());
+  if (run.carries()) return std::nullopt;  // its own motion has not come yet
   for (const auto& [command, motion] : end_state.last) {
     const ActivityRun::Clock* clock = run.clock_of(command);
     if (clock == nullptr || !clock->runs()) continue;

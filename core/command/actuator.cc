@@ -41,6 +41,17 @@ void add_driver(FragmentWriter& fragment, const std::string& id, const std::stri
   for (const char* port : driver.springs) set_point.feed(fragment, port, fmt::format("{}.{}", id, port));
 }
 
+std::optional<RealSensor> slower(const std::optional<RealSensor>& a, const std::optional<RealSensor>& b) {
+  if (a && b) return min(*a, *b);
+  return a ? a : b;
+}
+
+/// The same of one arm, without the operator's override.
+std::optional<RealSensor> own_speed(const Cell& cell, const std::string& arm) {
+  const std::string name = speed_channel(arm);
+  return cell.channels.contains(name) ? std::optional(channel<net::Real>(cell, name)) : std::nullopt;
+}
+
 /// Primitive "arm" in the fragment, that of the control mode; inverse kinematics before it where the set point is a
 /// pose.
 class ArmActuator final : public ActuatorModel {
@@ -48,10 +59,15 @@ class ArmActuator final : public ActuatorModel {
   ArmActuator(const Cell& cell, const std::string& name)
       : ActuatorModel(name),
         arm_(cell.arms.find(name)->second),
+        speed_(own_speed(cell, name)),
         states_{{"completed", near(measured_joints(cell, name), commanded_joints(cell, name), tolerance()) &&
                                   is_less(largest(commanded_velocities(cell, name)), kStanding)},
                 {"emergency_stop", !State(read_resource(net::ValueType::kBoolean, "ArmState", "device", name,
-                                                        arm_.device, "ready", id_of("state", name)))}} {}
+                                                        arm_.device, "ready", id_of("state", name)))}} {
+    if (cell.override_channel.empty()) return;
+    const RealSensor by_operator = min(max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
+    speed_ = speed_ ? *speed_ * by_operator : by_operator;
+  }
 
   [[nodiscard]] std::vector<SetPointKind> takes() const override {
     return {SetPointKind::kJoints, SetPointKind::kPose, SetPointKind::kPath, SetPointKind::kTwist};
@@ -61,6 +77,7 @@ class ArmActuator final : public ActuatorModel {
   }
   [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
   [[nodiscard]] const MountedArm* arm() const override { return &arm_; }
+  [[nodiscard]] std::optional<RealSensor> speed() const override { return speed_; }
   [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
     return fragment.add_null_test("arm.q", net::ValueType::kJoints);
   }
@@ -119,6 +136,7 @@ class ArmActuator final : public ActuatorModel {
   }
 
   MountedArm arm_;
+  std::optional<RealSensor> speed_;
   std::map<std::string, State> states_;
 };
 
@@ -136,6 +154,7 @@ class JointActuator final : public ActuatorModel {
   [[nodiscard]] std::map<std::string, State> states() const override { return arm_.model().states(); }
   [[nodiscard]] const MountedArm* arm() const override { return arm_.model().arm(); }
   [[nodiscard]] std::optional<int> joint() const override { return joint_; }
+  [[nodiscard]] std::optional<RealSensor> speed() const override { return arm_.model().speed(); }
   [[nodiscard]] std::optional<Diagnostic> fault() const override {
     if (auto missing_arm = arm_.model().fault()) return missing_arm;
     const Eigen::Index count = arm()->device->description().limits.velocity.size();
@@ -214,6 +233,9 @@ class PairActuator final : public ActuatorModel {
   }
   [[nodiscard]] std::vector<const MountedArm*> compliant_arms() const override {
     return is_carried_ && !fault_ ? std::vector<const MountedArm*>{arms_.back()} : arms();
+  }
+  [[nodiscard]] std::optional<RealSensor> speed() const override {
+    return slower(kept_.front().model().speed(), kept_.back().model().speed());
   }
 
   void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
@@ -378,6 +400,8 @@ State Actuator::invalid_set_point() const {
   return State(leaf(net::ValueType::kBoolean, subject, "invalid_set_point"));
 }
 State Actuator::emergency_stop() const { return model_->states().at("emergency_stop"); }
+
+std::string speed_channel(const std::string& arm) { return arm + ".speed"; }
 
 Actuator arm(const Cell& cell, const std::string& name) {
   std::vector<std::string> names;

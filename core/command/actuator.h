@@ -83,6 +83,10 @@ class ActuatorModel {
   [[nodiscard]] virtual std::optional<int> joint() const { return std::nullopt; }
   /// The actuators that it is made of, for who asks which of them an action is for; empty: it is one itself.
   [[nodiscard]] virtual std::vector<Actuator> parts() const;
+  /// The rate at which people want what moves its arms to run, [0, 1]: the speed of the slowest of them
+  /// (speed_channel()) times the cell's override. 0 or null: it stops. Nothing: the cell has no such channels, or it
+  /// moves no arm.
+  [[nodiscard]] virtual std::optional<RealSensor> speed() const { return std::nullopt; }
   /// What is known of the gripper, or the analog output, that it is; null for others.
   [[nodiscard]] virtual const device::GripperDescription* gripper() const { return nullptr; }
   [[nodiscard]] virtual const device::SignalOutputDescription<double>* analog_output() const { return nullptr; }
@@ -111,6 +115,9 @@ class Actuator {
  private:
   std::shared_ptr<const ActuatorModel> model_;
 };
+
+/// The channel by which people set the speed of whatever moves an arm: 1; [0, 1].
+[[nodiscard]] std::string speed_channel(const std::string& arm);
 
 // The actuators of a cell, by the name of the device. A name that is not there gives one that every check refuses.
 // Realtime: setup; the devices outlive them.

@@ -52,6 +52,9 @@ class Checker {
     check_cycle();
     check_rivals();
     check_acting(tree_, diagnostics_);
+    // What makes a command fail is mostly what its handlers react to: a fault of it is told once.
+    for (int i = 0; i < tree_.size() && !diagnostics_.has_errors(); ++i)
+      if (node(i).fails_if) formulas_.check(node(i).fails_if->node(), path(i) + "/fails_if");
     // What is not planned because of another fault is no fault of its own.
     if (planned_ && !diagnostics_.has_errors()) check_planned();
     return std::move(diagnostics_);
@@ -76,8 +79,9 @@ class Checker {
 
   void check_observation(int i, const Observation& observation) {
     const std::string location = path(i) + "/observations" + pointer_segment(observation.name);
-    if (!observed_.insert(observation.name).second) {
-      diagnostics_.error(Code::kDuplicate, location, fmt::format("'{}' is observed twice", observation.name),
+    const std::string name = tree_.name_of(i, observation);
+    if (!observed_.insert(name).second) {
+      diagnostics_.error(Code::kDuplicate, location, fmt::format("'{}' is observed twice", name),
                          "each name once in a tree");
     }
     formulas_.check(observation.value, location);
@@ -92,6 +96,7 @@ class Checker {
       return diagnostics_.error(fault->code, path(i) + fault->pointer, fault->message, fault->hint);
     const ActionModel& action = node(i).model();
     for (const ExpressionPtr& formula : action.formulas()) formulas_.check(formula, path(i));
+    if (const auto speed = actuator.speed()) formulas_.check(speed->node(), path(i));
     const auto takes = actuator.takes();
     const SetPointKind gives = action.gives(actuator);
     if (std::ranges::find(takes, gives) == takes.end()) {

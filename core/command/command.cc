@@ -36,6 +36,15 @@ Command& Command::on_left(State state, Effect effect, Trigger trigger) {
   return *this;
 }
 
+std::string scoped_name(const std::string& part, const std::string& observation) {
+  return part.empty() || observation.starts_with('/') ? part + observation : part + " " + observation;
+}
+
+Command& Command::fails_if(const State& state) {
+  node_->fails_if = node_->fails_if ? *node_->fails_if || state : state;
+  return *this;
+}
+
 Command& Command::observe_node(std::string name, ExpressionPtr value, ExpressionPtr when) {
   node_->observations.push_back({std::move(name), std::move(value), std::move(when)});
   return *this;
@@ -73,6 +82,33 @@ bool is_inside(const CommandNode& inner, const CommandNode& outer) {
 }
 
 }  // namespace
+
+namespace {
+
+/// Nothing: it moves no arm whose motions people can hold.
+std::optional<State> paused_of(const CommandNode& node) {
+  if (node.is_runtime()) {
+    const auto speed = node.actuator->model().speed();
+    if (!speed) return std::nullopt;
+    return State(leaf(net::ValueType::kBoolean, node.subject, "active")) &&
+           (is_null(*speed) || !is_greater(*speed, 0.0));
+  }
+  std::optional<State> any;
+  for (const auto& child : node.children) {
+    const auto one = paused_of(*child);
+    if (one) any = any ? *any || *one : *one;
+  }
+  return any;
+}
+
+}  // namespace
+
+State Command::paused() const {
+  if (auto state = paused_of(*node_)) return *state;
+  return State(broken(Code::kInvalidValue, net::ValueType::kBoolean,
+                      fmt::format("C8: '{}' moves no arm, so it is never paused", name()),
+                      "Watch a command that moves an arm whose speed has a channel"));
+}
 
 RuntimeCommand::RuntimeCommand(std::string name, Actuator actuator, Action action) : Command(std::move(name)) {
   node()->actuator = part_for(actuator, action.model());

@@ -85,12 +85,18 @@ struct Observation {
   ExpressionPtr when;  ///< a Boolean; null: always
 };
 
+/// The name under which a part of a composition observes something: "/1" and "touch" are "/1 touch", "/1" and
+/// "/grip width" are "/1/grip width".
+[[nodiscard]] std::string scoped_name(const std::string& part, const std::string& observation);
+
 /// What a command is made of; for checks and the mapping. Kind by what is set: action, wait, or neither: a transaction.
 struct CommandNode {
   std::string name;
   SubjectPtr subject;
   std::vector<EventHandler> handlers;
   std::vector<Observation> observations;
+  std::optional<State> fails_if;
+  std::string part;  ///< of a composition, "/1": what is observed in it has this before its name (scoped_name())
   // Runtime.
   std::optional<Actuator> actuator;
   std::optional<Action> action;
@@ -121,27 +127,42 @@ class Command {
   [[nodiscard]] const SubjectPtr& subject() const { return node_->subject; }
   [[nodiscard]] const std::shared_ptr<CommandNode>& node() const { return node_; }
 
-  // States. "Completed": it ended in order, by itself or after a cancel; a wait only if its condition held.
-  // "Cancelled": from the cycle of the request on. "Stopped": a stop has ended it; what moves an arm rests by then.
+  // States. "Completed": it ended in order, by itself or after a cancel, and has not failed. "Failed": it ended in
+  // order and fails_if() held; a wait whose time was over; a transaction in which something has failed. "Cancelled":
+  // from the cycle of the request on. "Stopped": a stop has ended it; what moves an arm rests by then.
   [[nodiscard]] State started() const { return state("started"); }
   [[nodiscard]] State active() const { return state("active"); }
   [[nodiscard]] State completed() const { return state("completed"); }
+  [[nodiscard]] State failed() const { return state("failed"); }
   [[nodiscard]] State stopped() const { return state("stopped"); }
   [[nodiscard]] State cancelled() const { return state("cancelled"); }
+  /// It is active, and people hold the arms that it moves still: their speed is 0 (ActuatorModel::speed()), or unknown.
+  /// From the cycle on in which they want that: the arms brake then. Of a transaction: one of the commands that it has
+  /// when this is called.
+  [[nodiscard]] State paused() const;
 
   // Event handlers.
   Command& on_entered(State state, Effect effect, Trigger trigger = {});
   Command& on_left(State state, Effect effect, Trigger trigger = {});
+
+  /// What makes it fail: the state holds, or is null (row N3), in the last cycle of the command. Several: any of them.
+  Command& fails_if(const State& state);
 
   /// Shows a value outside of the net under a name (activity::ActivityRun::value).
   template <class T>
   Command& observe(std::string name, const Sensor<T>& sensor) {
     return observe_node(std::move(name), sensor.node(), nullptr);
   }
+  Command& observe(std::string name, const State& state) {
+    return observe_node(std::move(name), state.node(), nullptr);
+  }
   /// The value of the cycle in which the state was first entered, kept from then on. Null of the state is no event.
   template <class T>
   Command& capture(std::string name, const Sensor<T>& sensor, const State& state) {
     return observe_node(std::move(name), sensor.node(), state.node());
+  }
+  Command& capture(std::string name, const State& value, const State& state) {
+    return observe_node(std::move(name), value.node(), state.node());
   }
 
  protected:

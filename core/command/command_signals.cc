@@ -255,9 +255,33 @@ Signal CommandSignals::cancelled(int i) {
 
 // -- How it ended -----------------------------------------------------------------------------------------------------
 
+Signal CommandSignals::ended_in_order(int i) {
+  return writer_.both(context_.id(i, "in_order"), ended(i), writer_.opposite(stop(i)));
+}
+
 Signal CommandSignals::completed(int i) {
   const Signal in_order = writer_.both(context_.id(i, "completed"), ended(i), writer_.opposite(stop(i)));
-  return has_timeout(i) ? writer_.both(context_.id(i, "in_time"), in_order, met(i)) : in_order;
+  if (!context_.tree.can_fail(i)) return in_order;
+  if (has_timeout(i) && !node(i).fails_if) return writer_.both(context_.id(i, "in_time"), in_order, met(i));
+  return writer_.both(context_.id(i, "succeeded"), in_order, writer_.opposite(failed(i)));
+}
+
+/// Of a transaction: something in it has.
+Signal CommandSignals::failed(int i) {
+  if (at(i).failed) return *at(i).failed;
+  std::vector<Signal> any;
+  if (has_timeout(i)) any.push_back(timed_out(i));
+  if (node(i).fails_if) any.push_back(failed_itself(i));
+  for (const int child : context_.tree.at(i).children)
+    if (context_.tree.can_fail(child)) any.push_back(failed(child));
+  const Signal one = writer_.any(context_.id(i, "any_failed"), any);
+  return *(at(i).failed = writer_.both(context_.id(i, "failed"), ended_in_order(i), one));
+}
+
+/// What its last cycle shows is kept.
+Signal CommandSignals::failed_itself(int i) {
+  const Signal at_end = writer_.both(context_.id(i, "fails"), done(i), writer_.signal_of(node(i).fails_if->node()));
+  return writer_.latch(context_.id(i, "failure"), at_end, true);
 }
 
 /// Of a wait with a timeout: its state has held while it ran, or it was cancelled.
@@ -269,8 +293,7 @@ Signal CommandSignals::met(int i) {
 }
 
 Signal CommandSignals::timed_out(int i) {
-  const Signal in_order = writer_.both(context_.id(i, "over_in_order"), ended(i), writer_.opposite(stop(i)));
-  return writer_.both(context_.id(i, "timed_out"), in_order, writer_.opposite(met(i)));
+  return writer_.both(context_.id(i, "timed_out"), ended_in_order(i), writer_.opposite(met(i)));
 }
 
 Signal CommandSignals::state(int i, const std::string& name) {
@@ -278,6 +301,7 @@ Signal CommandSignals::state(int i, const std::string& name) {
   if (name == "active") return active(i);
   if (name == "stopped") return stopped(i);
   if (name == "cancelled") return cancelled(i);
+  if (name == "failed") return failed(i);
   if (name == "timed_out") return timed_out(i);
   return completed(i);
 }

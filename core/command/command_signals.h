@@ -48,7 +48,7 @@ class CommandSignals {
   [[nodiscard]] Signal cleans_up(int i);
   /// Something runs, or may still start, that a cancel of the tree does not end.
   [[nodiscard]] Signal goes_on();
-  /// By name: "started", "active", "stopped", "cancelled", "timed_out", "completed".
+  /// By name: "started", "active", "stopped", "cancelled", "failed", "timed_out", "completed".
   [[nodiscard]] Signal state(int i, const std::string& name);
 
   /// Commands with actions that share a device with this one and come before it.
@@ -56,7 +56,7 @@ class CommandSignals {
 
  private:
   struct Ports {
-    std::optional<Signal> started, begun, ended, stop, cancel, cancelled, active, done, met, cleans_up;
+    std::optional<Signal> started, begun, ended, stop, cancel, cancelled, active, done, met, failed, cleans_up;
   };
   /// The commands on one device in their order, and as far as it is written: one of the first so many is active.
   struct Turns {
@@ -76,7 +76,10 @@ class CommandSignals {
   [[nodiscard]] Signal memory(int i, const char* what, const Signal& request);
   [[nodiscard]] Signal forwarded(int i);
   [[nodiscard]] bool has_timeout(int i) const { return node(i).until && node(i).seconds; }
+  [[nodiscard]] Signal ended_in_order(int i);
   [[nodiscard]] Signal completed(int i);
+  [[nodiscard]] Signal failed(int i);
+  [[nodiscard]] Signal failed_itself(int i);
   [[nodiscard]] Signal met(int i);
   [[nodiscard]] Signal timed_out(int i);
   [[nodiscard]] Signal wait_done(int i);

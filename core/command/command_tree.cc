@@ -62,11 +62,23 @@ bool CommandTree::implies_end(const ExpressionPtr& state, int of) const {
   if (state->subject) {
     const int speaks_of = find(state->subject);
     return speaks_of >= 0 && is_inside(of, speaks_of) &&
-           (state->output == "completed" || state->output == "timed_out" ||
+           (state->output == "completed" || state->output == "failed" || state->output == "timed_out" ||
             (state->output == "stopped" && speaks_of == of));
   }
   return state->primitive.type == "And" &&
          std::ranges::any_of(state->inputs, [&](const auto& input) { return implies_end(input.second, of); });
+}
+
+std::string CommandTree::name_of(int i, const Observation& observation) const {
+  std::string part;
+  for (; i > 0; i = at(i).parent) part = at(i).node->part + part;
+  return scoped_name(part, observation.name);
+}
+
+bool CommandTree::can_fail(int i) const {
+  const CommandNode& node = *at(i).node;
+  return node.fails_if || (node.until && node.seconds) ||
+         std::ranges::any_of(at(i).children, [this](int child) { return can_fail(child); });
 }
 
 void CommandTree::add_inside(int i, std::set<int>& all) const {
@@ -147,7 +159,8 @@ std::vector<int> CommandTree::ranks() const {
 }
 
 bool is_lasting(const Expression& leaf) {
-  constexpr std::array<std::string_view, 5> kLasting = {"started", "completed", "stopped", "cancelled", "timed_out"};
+  constexpr std::array<std::string_view, 6> kLasting = {"started", "completed", "failed",
+                                                        "stopped", "cancelled", "timed_out"};
   return leaf.subject->kind == Subject::Kind::kRaised || std::ranges::find(kLasting, leaf.output) != kLasting.end();
 }
 

@@ -59,6 +59,10 @@ class CommandTree {
   /// Commands whose start or end can make each command start: the edges of "who starts whom", from an earlier one to a
   /// later one. Between what is inside of transactions too.
   [[nodiscard]] const std::vector<std::set<int>>& starts() const { return starts_; }
+  /// The name of an observation of a command in the whole, with the parts of compositions around it before it.
+  [[nodiscard]] std::string name_of(int i, const Observation& observation) const;
+  /// The command, or something in it, can fail as far as its net knows.
+  [[nodiscard]] bool can_fail(int i) const;
   /// A cycle in starts(), as indices; empty if there is none.
   [[nodiscard]] std::vector<int> cycle_of_starts() const;
   /// Ranks in which who starts another comes before it, else the order of the tree. Without a cycle only.

@@ -124,17 +124,17 @@ class Mapper {
   }
 
   void write_observation(int i, const Observation& observation) {
+    const std::string name = tree_.name_of(i, observation);
     std::string port = writer_.port_of(observation.value);
     if (observation.when) {
-      const Signal now =
-          writer_.both(observation.name + "-now", commands_.active(i), writer_.signal_of(observation.when));
-      const std::string snapshot = writer_.unique(observation.name);
+      const Signal now = writer_.both(name + "-now", commands_.active(i), writer_.signal_of(observation.when));
+      const std::string snapshot = writer_.unique(name);
       writer_.add(snapshot, "Snapshot" + std::string(net::name_of(observation.value->type)));
       writer_.link(port, snapshot + ".input");
-      writer_.feed(writer_.latch(observation.name + "-first", now, false), snapshot + ".trigger");
+      writer_.feed(writer_.latch(name + "-first", now, false), snapshot + ".trigger");
       port = snapshot + ".value";
     }
-    mapped_.observed[observation.name] = std::move(port);
+    mapped_.observed[name] = std::move(port);
   }
 
   // -- Handlers ------------------------------------------------------------------------------------------------------

@@ -28,6 +28,11 @@ State State::held_for(double seconds) const {
   return of("OnDelay", {{"input", {.node = node_}}}, {{"delay", seconds}});
 }
 
+State State::once() const {
+  const State known = of("DefaultToBoolean", {{"input", {.node = node_}}}, {{"fallback", false}});
+  return of("SetResetLatch", {{"set", {.node = known.node()}}, {"reset", {.node = {}, .constant = false}}});
+}
+
 State operator&&(const State& a, const State& b) { return gate("And", a, b); }
 State operator||(const State& a, const State& b) { return gate("Or", a, b); }
 State operator!(const State& a) { return of("Not", {{"input", {.node = a.node()}}}); }

@@ -13,6 +13,8 @@ class State {
 
   /// Holds once this has held without a break for `seconds` (whole cycles, rounded up).
   [[nodiscard]] State held_for(double seconds) const;
+  /// Holds from the first cycle on in which this did. Never null: a null of this counts as not holding.
+  [[nodiscard]] State once() const;
   /// Whether it holds now, outside of a net; nothing for null and for states of actions and commands. As Sensor::now().
   [[nodiscard]] std::optional<bool> now() const { return evaluate<net::Boolean>(node_); }
   [[nodiscard]] const ExpressionPtr& node() const { return node_; }

@@ -1,6 +1,7 @@
 #include "core/operations/actuator_interfaces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -9,62 +10,41 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "core/activity/dual_entry_motion.h"
 #include "core/activity/mode_change.h"
 #include "core/command/actions/freedrive_action.h"
 #include "core/expression/tool_settings.h"
-#include "core/motion/goal_choice.h"
 #include "core/operations/held_part.h"
+#include "core/operations/motion_activity.h"
 #include "core/operations/operation_activity.h"
-#include "core/operations/requested_motion.h"
 
 namespace takt::activity {
 namespace {
 
 using command::Cell;
 using kinematics::JointVector;
-using motion::ArmModel;
 
 bool has_inverse(const Cell& cell, const std::string& name) {
   const auto arm = cell.arms.find(name);
   return arm != cell.arms.end() && arm->second.device->description().inverse != nullptr;
 }
 
-/// A PTP to the nearest of the configurations with a pose.
-Result<motion::Leg> ptp_to_pose(const ArmModel& arm, const JointVector& q, const Eigen::Isometry3d& X_BM) {
-  const auto choice = motion::choose_solution(arm.chain, arm.limits, X_BM * arm.X_FM.inverse(), q);
-  if (!choice) return std::unexpected(choice.error());
-  return motion::ptp_leg(arm, q, *choice);
-}
-
-/// A motion as files have it, with a leg of the program's own. @param leg  from where the arm will be
-Activity make_motion(Runtime& runtime, PathKind kind, const std::string& label, const std::string& arm, LegOf leg,
-                     const MotionParameters& parameters) {
+MotionTask task_of(PathKind kind, const std::string& arm, const MotionParameters& parameters) {
   MotionTask task{parameters};
+  task.kind = kind;
   task.arm = arm;
-  const auto accepted = motion_parameters(kind).accept(std::move(task), runtime.cell());
-  if (!accepted) return {runtime, refused_activity(arm + " " + label, arm, accepted.error())};
-  return {runtime,
-          motion_activity(label, arm, std::move(leg), options_of(*accepted, runtime.cell(), runtime.biases()))};
+  return task;
 }
 
-/// A `move` of a program: what must not hold and did makes its run fail.
-class MoveActivity final : public ActivityModel {
- public:
-  explicit MoveActivity(std::shared_ptr<const RequestedMotion> motion)
-      : ActivityModel(motion->name()), motion_(std::move(motion)) {}
+Activity goal_motion(Runtime& runtime, PathKind kind, const std::string& arm, Goal goal,
+                     const MotionParameters& parameters, const AvoidanceParameters& avoidance = {}) {
+  MotionTask task = task_of(kind, arm, parameters);
+  task.goal = std::move(goal);
+  task.avoidance = avoidance;
+  return planned_motion(runtime, std::move(task));
+}
 
-  [[nodiscard]] std::vector<std::string> actuators() const override { return motion_->actuators(); }
-  [[nodiscard]] bool avoids_others() const override { return true; }
-  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    auto planned = motion_->prepare(planning);
-    if (planned) planned->verdict = [](const ActivityRun& run) { return abort_diagnostics(run, 1); };
-    return planned;
-  }
-
- private:
-  std::shared_ptr<const RequestedMotion> motion_;
-};
+/// A pose of the frame that moves, in the base.
+Goal in_base(const std::string& arm, const Eigen::Isometry3d& X_BM) { return Goal{Goal::Pose{.in = arm, .X = X_BM}}; }
 
 template <class... Interfaces>
 std::vector<InterfaceOffer> offers_of() {
@@ -117,80 +97,69 @@ bool ToolChangerInterface::offered_by(const Cell& cell, const std::string& actua
 }
 bool OutputInterface::offered_by(const Cell& cell, const std::string& actuator) { return is_output(cell, actuator); }
 
+Activity planned_motion(Runtime& runtime, MotionTask task) {
+  static constexpr std::array<std::string_view, 5> kNames = {"PTP", "LIN", "CIRC", "spline", "move"};
+  const std::string arms = task.follower.empty() ? task.arm : task.arm + "+" + task.follower;
+  task.name = fmt::format("{} {}", arms, kNames.at(static_cast<std::size_t>(task.kind)));
+  const std::string name = task.name, arm = task.arm;
+  auto accepted = motion_parameters(task.kind).accept(std::move(task), runtime.cell());
+  if (!accepted) return {runtime, refused_activity(name, arm, std::move(accepted.error()))};
+  return {runtime, std::make_shared<const MotionActivity>(name, std::vector{std::move(*accepted)}, runtime.biases())};
+}
+
 Activity PtpInterface::ptp(const JointVector& q_goal, const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kPtp, "PTP", actuator(),
-      [q_goal](const ArmModel& arm, const JointVector& q) { return motion::ptp_leg(arm, q, q_goal); }, parameters);
+  return goal_motion(runtime(), PathKind::kPtp, actuator(), Goal{Goal::Joints{q_goal}}, parameters);
 }
 
 Activity PtpInterface::ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kPtp, "PTP", actuator(),
-      [X_BT](const ArmModel& arm, const JointVector& q) { return ptp_to_pose(arm, q, X_BT); }, parameters);
+  return goal_motion(runtime(), PathKind::kPtp, actuator(), in_base(actuator(), X_BT), parameters);
 }
 
 Activity PtpInterface::spline(const std::vector<JointVector>& points, const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kSpline, "spline", actuator(),
-      [points](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, points); }, parameters);
+  MotionTask task = task_of(PathKind::kSpline, actuator(), parameters);
+  for (const JointVector& q : points) task.through.push_back(Goal{Goal::Joints{q}});
+  return planned_motion(runtime(), std::move(task));
 }
 
 Activity PtpInterface::move(const JointVector& q_goal, const MotionParameters& parameters,
                             const AvoidanceParameters& avoidance) const {
-  return move(Goal{Goal::Joints{q_goal}}, parameters, avoidance);
+  return goal_motion(runtime(), PathKind::kMove, actuator(), Goal{Goal::Joints{q_goal}}, parameters, avoidance);
 }
 
 Activity PtpInterface::move(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters,
                             const AvoidanceParameters& avoidance) const {
-  return move(Goal{Goal::Pose{.in = actuator(), .X = X_BT}}, parameters, avoidance);
-}
-
-Activity PtpInterface::move(Goal goal, const MotionParameters& parameters, const AvoidanceParameters& avoidance) const {
-  MotionTask task{parameters};
-  task.arm = actuator();
-  task.name = actuator() + " move";
-  task.goal = std::move(goal);
-  task.avoidance = avoidance;
-  const auto accepted = motion_parameters(PathKind::kMove).accept(std::move(task), runtime().cell());
-  if (!accepted) return make(refused_activity(actuator() + " move", actuator(), accepted.error()));
-  return make(std::make_shared<const MoveActivity>(requested_motion({*accepted}, runtime().biases())));
+  return goal_motion(runtime(), PathKind::kMove, actuator(), in_base(actuator(), X_BT), parameters, avoidance);
 }
 
 Activity LinInterface::lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kLin, "LIN", actuator(),
-      [X_BT](const ArmModel& arm, const JointVector& q) { return motion::lin_leg(arm, q, X_BT); }, parameters);
+  return goal_motion(runtime(), PathKind::kLin, actuator(), in_base(actuator(), X_BT), parameters);
 }
 
 Activity LinInterface::lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kLin, "LIN", actuator(),
-      [way_B](const ArmModel& arm, const JointVector& q) {
-        Eigen::Isometry3d X = arm.chain.forward(q) * arm.X_FM;
-        X.translation() += way_B;
-        return motion::lin_leg(arm, q, X);
-      },
-      parameters);
+  return goal_motion(runtime(), PathKind::kLin, actuator(), Goal{Goal::Step{.in = actuator(), .translation = way_B}},
+                     parameters);
 }
 
 Activity LinInterface::circ(const motion::ArcThrough& arc, const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kCirc, "CIRC", actuator(),
-      [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
+  MotionTask task = task_of(PathKind::kCirc, actuator(), parameters);
+  task.goal = in_base(actuator(), arc.X_BM_goal);
+  task.via = in_base(actuator(), Eigen::Isometry3d(Eigen::Translation3d(arc.p_via)));
+  task.orientation = arc.orientation;
+  return planned_motion(runtime(), std::move(task));
 }
 
 Activity LinInterface::circ(const motion::ArcAbout& arc, const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kCirc, "CIRC", actuator(),
-      [arc](const ArmModel& arm, const JointVector& q) { return motion::circ_leg(arm, q, arc); }, parameters);
+  MotionTask task = task_of(PathKind::kCirc, actuator(), parameters);
+  task.about = MotionTask::About{.in = actuator(), .centre = arc.centre, .axis = arc.axis, .angle = arc.angle};
+  task.orientation = arc.orientation;
+  return planned_motion(runtime(), std::move(task));
 }
 
 Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
                               const MotionParameters& parameters) const {
-  return make_motion(
-      runtime(), PathKind::kSpline, "spline", actuator(),
-      [poses_BT](const ArmModel& arm, const JointVector& q) { return motion::spline_leg(arm, q, poses_BT); },
-      parameters);
+  MotionTask task = task_of(PathKind::kSpline, actuator(), parameters);
+  for (const Eigen::Isometry3d& X_BT : poses_BT) task.through.push_back(in_base(actuator(), X_BT));
+  return planned_motion(runtime(), std::move(task));
 }
 
 Activity FreedriveInterface::freedrive(const FreedriveParameters& parameters) const {
@@ -228,26 +197,12 @@ void JointInterface::check(int joint) const {
 
 Activity JointInterface::move_to(int joint, double q, const MotionParameters& parameters) const {
   check(joint);
-  return make_motion(
-      runtime(), PathKind::kPtp, "joint", actuator(),
-      [joint, q](const ArmModel& arm, const JointVector& from) {
-        JointVector goal = from;
-        goal[joint] = q;
-        return motion::ptp_leg(arm, from, goal);
-      },
-      parameters);
+  return goal_motion(runtime(), PathKind::kPtp, actuator(), Goal{Goal::OneJoint{.joint = joint, .q = q}}, parameters);
 }
 
 Activity JointInterface::move_by(int joint, double by, const MotionParameters& parameters) const {
   check(joint);
-  return make_motion(
-      runtime(), PathKind::kPtp, "joint", actuator(),
-      [joint, by](const ArmModel& arm, const JointVector& from) {
-        JointVector goal = from;
-        goal[joint] += by;
-        return motion::ptp_leg(arm, from, goal);
-      },
-      parameters);
+  return goal_motion(runtime(), PathKind::kPtp, actuator(), Goal{Goal::OneJoint{joint, by, /*by=*/true}}, parameters);
 }
 
 void register_interface(const InterfaceOffer& offer) { all_offers().push_back(offer); }

@@ -45,6 +45,9 @@ class ActuatorInterface {
   std::string actuator_;
 };
 
+/// A motion as files have it, with the checks of its table. Its name follows from its arm and its kind.
+[[nodiscard]] Activity planned_motion(Runtime& runtime, MotionTask task);
+
 /// Motions in joints, of arms.
 class PtpInterface : public ActuatorInterface {
  public:
@@ -63,10 +66,6 @@ class PtpInterface : public ActuatorInterface {
   /// To any configuration that has this pose.
   [[nodiscard]] Activity move(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {},
                               const AvoidanceParameters& avoidance = {}) const;
-
- private:
-  [[nodiscard]] Activity move(Goal goal, const MotionParameters& parameters,
-                              const AvoidanceParameters& avoidance) const;
 };
 
 /// Motions of the tool, of arms with inverse kinematics.

@@ -24,8 +24,7 @@ constexpr double kLeastShare = 0.125;
 using BlendShares = std::vector<double>;
 
 bool ends_a_move(const std::vector<MotionTask>& requests, std::size_t corner) {
-  if (corner + 1 >= requests.size() || requests[corner].blend.along_path.kind == motion::Blend::Kind::kNone)
-    return false;
+  if (corner + 1 >= requests.size() || !requests[corner].blend.wanted()) return false;
   return requests[corner].kind == PathKind::kMove || requests[corner + 1].kind == PathKind::kMove;
 }
 

@@ -21,6 +21,8 @@ State command_state(const Command& command, const std::string& which) {
   if (which == "active") return command.active();
   if (which == "stopped") return command.stopped();
   if (which == "cancelled") return command.cancelled();
+  if (which == "failed") return command.failed();
+  if (which == "paused") return command.paused();
   if (which == "timed_out") return State(command::leaf(net::ValueType::kBoolean, command.subject(), "timed_out"));
   return command.completed();
 }

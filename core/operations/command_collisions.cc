@@ -228,7 +228,7 @@ std::map<const OperationCommand*, double> begin_times(const CommandBuilder& tree
       const auto succession = after.find(&request);
       const int starts = succession == after.end() ? 0 : succession->second.starts;
       const auto parent = begins.find(request.parent());
-      if (request.is_alone()) {
+      if (request.parent() == nullptr) {
         begins[&request] = 0.0;
       } else if (request.starts && starts == 0 && parent != begins.end()) {
         begins[&request] = parent->second;

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/command_activity.h"
 #include "core/activity/mode_change.h"
 #include "core/command/actions/motion_action.h"
 #include "core/command/check.h"
@@ -17,6 +16,7 @@
 #include "core/operations/command_collisions.h"
 #include "core/operations/command_review.h"
 #include "core/operations/compliance.h"
+#include "core/operations/operation_activity.h"
 #include "core/operations/operation_command.h"
 #include "core/operations/rehearsed_net.h"
 #include "core/operations/scheduled_run.h"
@@ -25,64 +25,6 @@ namespace takt::activity {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Who asks for a blend is the last that its transaction does.
-void check_left(const CommandBuilder& tree, const command::TreeEnd& end, Diagnostics& found) {
-  for (const CommandBuilder::Part& part : tree.parts()) {
-    const bool left = part.made.command.node().get() == end.left;
-    if (part.request->left_arm().empty() || left) continue;
-    found.error(
-        Code::kConflict, part.request->pointer,
-        fmt::format("'{}' cannot be left for the motion after the transaction: something else may still happen, "
-                    "or it is more than a plain motion of one arm",
-                    part.request->name),
-        "a plain motion that begins when all others have completed and whose end starts nothing, or no blend");
-  }
-}
-
-/// Checks and plans a tree. @return diagnostics with locations of the file
-/// @param[in,out] places  as command::plan() has them
-Diagnostics plan(const CommandBuilder& tree, const command::Cell& cell, command::Places& places,
-                 command::TreeEnd& end) {
-  Diagnostics found;
-  for (const CommandBuilder::Part& part : tree.parts()) part.request->check(cell, found);
-  // What is planned is checked as a plan.
-  const Diagnostics planned = command::plan(tree.command(), places, &end);
-  command::add_news(tree.in_file(command::check(tree.command(), false)), found);
-  command::add_news(tree.in_file(planned), found);
-  if (!found.has_errors()) check_left(tree, end, found);
-  return found;
-}
-
-/// A tree of commands that was made for one execution. Its locations are those below the step.
-struct MadeStep {
-  MadeStep(const OperationCommand& root, const command::Cell& cell, const command::Biases& biases,
-           const command::ExternalHandler& tell, const Meanwhile& meanwhile)
-      : tree(root, {.cell = cell, .biases = biases, .notes = notes, .tell = tell, .meanwhile = meanwhile}) {}
-  Diagnostics notes;  ///< of planners; what there is to say was said in the rehearsal
-  CommandBuilder tree;
-};
-
-/// Locations are whole; those of a step are below it.
-Diagnostics below(const OperationCommand& root, const Diagnostics& diagnostics) {
-  Diagnostics inside;
-  for (Diagnostic diagnostic : diagnostics.list()) {
-    if (diagnostic.pointer.starts_with(root.pointer)) diagnostic.pointer.erase(0, root.pointer.size());
-    inside.add(std::move(diagnostic));
-  }
-  return inside;
-}
-
-/// The devices that a tree drives, each once.
-std::vector<std::string> driven_by(const CommandBuilder& tree) {
-  std::vector<std::string> devices;
-  for (const CommandBuilder::Part& part : tree.parts()) {
-    if (!part.made.actuator) continue;
-    for (std::string& device : part.made.actuator->model().devices())
-      if (std::ranges::find(devices, device) == devices.end()) devices.push_back(std::move(device));
-  }
-  return devices;
-}
 
 /// Those of its devices that are compliant with it: of an arm on a base the arm alone.
 std::vector<std::string> compliant_devices(const command::ActuatorModel& actuator) {
@@ -94,52 +36,11 @@ std::vector<std::string> compliant_devices(const command::ActuatorModel& actuato
   return result;
 }
 
-/// The tree as an activity that begins at rest; where it leaves its arms depends on the run. It is made anew each time
-/// that it is planned, with the cell of whoever plans: that may be another thread.
-class TreeActivity final : public ActivityModel {
- public:
-  using Keys = std::vector<std::pair<const OperationCommand*, std::string>>;
-
-  TreeActivity(const OperationCommand& root, const Context& context, command::ExternalHandler tell)
-      : ActivityModel(root.name),
-        root_(root),
-        biases_(context.variables.biases),
-        tell_(std::move(tell)),
-        meanwhile_(meanwhile_of(root, context.meanwhile)) {
-    const MadeStep made(root_, context.cell, biases_, tell_, meanwhile_);
-    actuators_ = driven_by(made.tree);
-    for (const CommandBuilder::Part& part : made.tree.parts()) keys_.emplace_back(part.request, part.key);
-  }
-
-  [[nodiscard]] std::vector<std::string> actuators() const override { return actuators_; }
-  /// Its commands, each with the key of what it observes.
-  [[nodiscard]] const Keys& keys() const { return keys_; }
-
-  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    const MadeStep made(root_, planning.cell, biases_, tell_, meanwhile_);
-    command::Places places = places_before(planning);
-    command::TreeEnd end;
-    if (const Diagnostics wrong = plan(made.tree, planning.cell, places, end); wrong.has_errors())
-      return std::unexpected(below(root_, wrong));
-    PlannedActivity planned = planned_activity(made.tree.command(), actuators_, end);
-    planned.touching = touching(made.tree);
-    return planned;
-  }
-
- private:
-  const OperationCommand& root_;
-  command::Biases biases_;
-  command::ExternalHandler tell_;
-  Meanwhile meanwhile_;
-  std::vector<std::string> actuators_;
-  Keys keys_;
-};
-
 class CommandRun final : public ScheduledRun {
  public:
   /// @param left  the motion that may be left for the next step; null: none
-  CommandRun(const OperationCommand& root, const OperationCommand* left)
-      : root_(root), left_(left), left_parts_(left != nullptr ? left->left_steps().size() : 0) {}
+  CommandRun(OperationActivity::RootPtr root, const OperationCommand* left)
+      : root_(std::move(root)), left_(left), left_parts_(left != nullptr ? left->left_steps().size() : 0) {}
 
   [[nodiscard]] bool may_be_left() const override {
     return left_ != nullptr && run() && run()->part() == left_parts_ - 1;
@@ -147,14 +48,15 @@ class CommandRun final : public ScheduledRun {
 
  private:
   [[nodiscard]] ActivityPtr activity(Context& context) override {
-    context.variables.monitors.erase(root_.name);  // an earlier run says nothing of this one
-    const auto tell = [&context, step = root_.name](const command::ExternalEvent& event) {
+    context.variables.monitors.erase(root_->name);  // an earlier run says nothing of this one
+    const auto tell = [&context, step = root_->name](const command::ExternalEvent& event) {
       context.variables.monitors[step][event.name] = std::to_string(event.count);
       context.event(step, "told",
                     event.cycle ? fmt::format("{} (cycle {})", event.name, *event.cycle)
                                 : fmt::format("{} (cycle not known)", event.name));
     };
-    auto tree = std::make_shared<const TreeActivity>(root_, context, tell);
+    auto tree = std::make_shared<const OperationActivity>(root_, context,
+                                                          OperationActivity::Options{.tell = tell, .judged = false});
     keys_ = tree->keys();
     return tree;
   }
@@ -180,7 +82,7 @@ class CommandRun final : public ScheduledRun {
       if (counts(*request)) request->report(*run(), key, cancelled(), context, own);
       if (request->transaction() != nullptr) keep_captures(*request, key, context);
     }
-    diagnostics.append(below(root_, own));
+    diagnostics.append(below(*root_, own));
     return own.has_errors() ? Progress::kFailed : Progress::kDone;
   }
 
@@ -202,15 +104,15 @@ class CommandRun final : public ScheduledRun {
     const auto number = run()->value<net::Real>(name);
     const auto level = run()->value<net::Boolean>(name);
     const std::string text = number ? Json(*number).dump() : level ? Json(*level).dump() : "null";
-    context.variables.monitors[root_.name][capture.name] = text;
-    context.event(root_.name, capture.name, text);
+    context.variables.monitors[root_->name][capture.name] = text;
+    context.event(root_->name, capture.name, text);
   }
 
-  const OperationCommand& root_;
+  OperationActivity::RootPtr root_;
   const OperationCommand* left_;
   std::size_t left_parts_;
   bool reported_ = false;
-  TreeActivity::Keys keys_;
+  OperationActivity::Keys keys_;
 };
 
 // -- Names ------------------------------------------------------------------------------------------------------------
@@ -351,7 +253,7 @@ class CommandStep final : public Step {
                                         .notes = notes,
                                         .meanwhile = review.meanwhile(),
                                         .widths = rehearsal.collisions.widths});
-      wrong = plan(*made, rehearsal.cell, places, end);
+      wrong = plan_commands(*made, rehearsal.cell, places, end);
     } while (review.plan_again(*made, wrong));
     diagnostics.append(notes);
     review.finish(diagnostics);
@@ -373,10 +275,10 @@ class CommandStep final : public Step {
     if (left_ != nullptr) rehearsal.open = {left_->left_arm(), left_->pointer};
   }
 
-  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(*root_, left_); }
+  [[nodiscard]] std::unique_ptr<StepRun> begin() const override { return std::make_unique<CommandRun>(root_, left_); }
 
  private:
-  std::unique_ptr<OperationCommand> root_;
+  OperationActivity::RootPtr root_;
   const OperationCommand* left_ = nullptr;  ///< the motion that asks for a blend into the next step
 };
 

@@ -163,7 +163,9 @@ class LockCommand : public OperationCommand {
     both.add_started(move).add(wait).on_entered(move.completed(), start(wait));
     const auto coupled = command::digital_input(making.cell, terminal_of(changer_, terminal::kCoupled));
     const auto number = command::analog_input(making.cell, terminal_of(changer_, terminal::kToolNumber));
-    if (is_alone()) {
+    // That the lock is not there in time makes its wait fail, and `both` with it.
+    if (const auto wrong = wrong_side(making.cell, coupled, number)) both.fails_if(*wrong && !both.cancelled());
+    if (is_alone(making)) {
       // Nothing comes after it: what it shows when it has ended is what counts.
       both.observe(key + " at end", BooleanSensor(at_end.node()));
       both.observe(key + " coupled", BooleanSensor(coupled.node()));
@@ -187,16 +189,16 @@ class LockCommand : public OperationCommand {
     command::expect_tool_settings(rehearsal.cell);
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
-    if (!is_alone() && !ended.was_true(key + " over")) return;
+    if (!is_alone(ended) && !ended.was_true(key + " over")) return;
     LockOutcome outcome{.at_end = ended.value<net::Boolean>(key + " at end"),
                         .coupled = ended.value<net::Boolean>(key + " coupled"),
                         .number = ended.value<net::Real>(key + " number"),
                         .q = {}};
     // Whoever cancels it may find the lock at its end all the same.
     if (cancelled && !outcome.at_end.value_or(false)) return;
-    if (is_alone()) outcome.q = measured(context.cell);
+    if (is_alone(ended)) outcome.q = measured(context.cell);
     if (const auto q = ended.value<net::JointArray>(key + " q")) outcome.q = q->map();
     Diagnostics own;
     report(outcome, context, own);
@@ -206,6 +208,13 @@ class LockCommand : public OperationCommand {
  protected:
   virtual void rehearse_belief(Rehearsal& rehearsal, Diagnostics& diagnostics) const = 0;
   virtual void note(const LockOutcome& outcome, Context& context, Diagnostics& diagnostics) const = 0;
+  /// Another tool side is coupled than was wanted, or none; nothing: it does not matter.
+  [[nodiscard]] virtual std::optional<command::State> wrong_side(const Cell&, const command::State& coupled,
+                                                                 const command::RealSensor& number) const {
+    (void)coupled;
+    (void)number;
+    return std::nullopt;
+  }
   [[nodiscard]] const std::string& arm(const Cell& cell) const { return changer_in(cell, changer_).arm; }
 
  private:
@@ -250,6 +259,14 @@ class CoupleCommand final : public LockCommand {
     if (!side) return diagnostics.append(side.error());
     diagnostics.append(command::couple(rehearsal.cell, parameters_.changer, *side));
     diagnostics.append(check_carried(rehearsal.cell, parameters_.changer));
+  }
+  [[nodiscard]] std::optional<command::State> wrong_side(const Cell& cell, const command::State& coupled,
+                                                         const command::RealSensor& number) const override {
+    const auto wanted = parameters_.tool ? command::side_named(cell, *parameters_.tool) : std::nullopt;
+    const auto side = wanted ? cell.tool_sides.find(*wanted) : cell.tool_sides.end();
+    if (side == cell.tool_sides.end()) return !coupled;
+    constexpr double kRounding = 0.5;
+    return !coupled || !equals(number, static_cast<double>(side->second.number), kRounding);
   }
   void note(const LockOutcome& outcome, Context& context, Diagnostics& diagnostics) const override {
     note_coupled(parameters_, outcome, context, diagnostics);

@@ -26,7 +26,7 @@ class FollowCommand final : public OnlineCommand {
 
  private:
   [[nodiscard]] command::Action action_of(const BuildContext& context) const override {
-    const command::TrackingParameters own = tool_limits(follow_, context.cell);
+    const command::TrackingParameters own = tool_limits(follow_);
     const command::FrameSensor frame = command::pose_between(context.cell, follow_.in, follow_.arm);
     if (!follow_.channel) return command::follow(frame, own);
     return command::follow(frame * command::channel<net::Frame>(context.cell, *follow_.channel), own);

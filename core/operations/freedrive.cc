@@ -9,7 +9,7 @@
 
 #include "core/activity/activity_run.h"
 #include "core/activity/dual_entry_motion.h"
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/command/actions/freedrive_action.h"
 #include "core/command/mapping.h"
 #include "core/expression/condition_state.h"
@@ -72,7 +72,7 @@ class FreedriveActivity final : public ActivityModel {
     planned.returns = !modes_.empty();
     planned.touching = {parameters_.arm};
     planned.end_states[parameters_.arm] = {};
-    planned.verdict = [key = guided.name()](const ActivityRun& run) { return abort_diagnostics(run, key); };
+    planned.verdict = [key = guided.name()](const RunView& run) { return abort_diagnostics(run, key); };
     const ActuatorState& before = planning.predecessors.find(parameters_.arm)->second.at_end;
     // Where a change of the mode takes the set point to shows only then.
     if (modes_.empty() && before.q) planned.begins[parameters_.arm].push_back(seam_at_rest(*before.q));

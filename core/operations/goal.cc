@@ -102,6 +102,11 @@ Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const 
   const command::MountedArm& arm = cell.arms.find(name)->second;
   if (std::holds_alternative<Goal::Home>(goal.value)) return arm.device->description().home;
   if (const auto* joints = std::get_if<Goal::Joints>(&goal.value)) return joints->q;
+  if (const auto* one = std::get_if<Goal::OneJoint>(&goal.value)) {
+    kinematics::JointVector q_goal = q;
+    q_goal[one->joint] = one->by ? q[one->joint] + one->q : one->q;
+    return q_goal;
+  }
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   if (const auto* pose = std::get_if<Goal::Pose>(&goal.value)) {
     const auto X_BI = cell.frames.pose(pose->in, name);

@@ -32,11 +32,17 @@ struct Goal {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   };
-  std::variant<Home, Joints, Pose, Step> value;
+  /// Programs: one joint, to a position or by a distance, while the others rest.
+  struct OneJoint {
+    int joint = 0;   ///< from 0
+    double q = 0.0;  ///< rad or m
+    bool by = false;
+  };
+  std::variant<Home, Joints, Pose, Step, OneJoint> value;
 
   /// Given as joint positions, not as a pose.
   [[nodiscard]] bool is_joints() const {
-    return std::holds_alternative<Home>(value) || std::holds_alternative<Joints>(value);
+    return !std::holds_alternative<Pose>(value) && !std::holds_alternative<Step>(value);
   }
 };
 

@@ -166,7 +166,9 @@ class GripperCommand final : public OperationCommand {
                                    parameters_.opens ? command::release(fingers) : command::grip(fingers));
     made.places = {{"/width", "/width_m"}, {"/speed", "/speed_m_s"}, {"/force", "/force_N"}};
     command::Command& gripped = made.command;
-    if (is_alone()) {
+    const command::State holding = command::gripper_state(making.cell, parameters_.gripper, "holding");
+    gripped.fails_if((made.action->state("overdue") || is_unexpected(holding)) && !gripped.cancelled());
+    if (is_alone(making)) {
       // Nothing comes after it: what it shows when it has ended is what counts.
       gripped.observe(key + " holding", BooleanSensor(made.action->state("holding").node()));
       gripped.observe(key + " overdue", BooleanSensor(made.action->state("overdue").node()));
@@ -174,11 +176,10 @@ class GripperCommand final : public OperationCommand {
       return made;
     }
     // Later commands may move on before anybody looks.
-    const command::State stands = gripped.completed() && !gripped.cancelled();
+    const command::State stands = (gripped.completed() || gripped.failed()) && !gripped.cancelled();
     gripped.observe(key + " stands", BooleanSensor(stands.node()));
     gripped.capture(key + " overdue", BooleanSensor(made.action->state("overdue").node()), stands);
-    gripped.capture(key + " holding",
-                    BooleanSensor(command::gripper_state(making.cell, parameters_.gripper, "holding").node()), stands);
+    gripped.capture(key + " holding", holding, stands);
     gripped.capture(key + " width", command::gripper_width(making.cell, parameters_.gripper), stands);
     gripped.capture(key + " q", command::commanded_joints(making.cell, arm(making.cell)), stands);
     return made;
@@ -195,15 +196,15 @@ class GripperCommand final : public OperationCommand {
     rehearse_grip(parameters_, pointer, rehearsal, diagnostics);
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
-    if (is_alone() ? cancelled : !ended.was_true(key + " stands")) return;
+    if (is_alone(ended) ? cancelled : !ended.was_true(key + " stands")) return;
     if (!is_there(context.cell)) return check(context.cell, diagnostics);  // its changer has lost it meanwhile
     GripOutcome outcome{.holding = ended.value<net::Boolean>(key + " holding"),
                         .timed_out = ended.value<net::Boolean>(key + " overdue").value_or(false),
                         .width = ended.value<net::Real>(key + " width"),
                         .q = {}};
-    if (is_alone()) outcome.q = position_of(*context.cell.arms.find(arm(context.cell))->second.device);
+    if (is_alone(ended)) outcome.q = position_of(*context.cell.arms.find(arm(context.cell))->second.device);
     if (const auto q = ended.value<net::JointArray>(key + " q")) outcome.q = q->map();
     Diagnostics own;
     note_grip(parameters_, outcome, context, own);
@@ -211,6 +212,12 @@ class GripperCommand final : public OperationCommand {
   }
 
  private:
+  /// Null where the gripper does not answer.
+  [[nodiscard]] command::State is_unexpected(const command::State& holding) const {
+    if (parameters_.expect == GripParameters::Expect::kPart) return !holding;
+    if (parameters_.expect == GripParameters::Expect::kNothing) return holding;
+    return holding && !holding;
+  }
   [[nodiscard]] const std::string& arm(const command::Cell& cell) const {
     return cell.grippers.find(parameters_.gripper)->second.arm;
   }

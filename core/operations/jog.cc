@@ -32,8 +32,7 @@ class JogCommand final : public OnlineCommand {
  private:
   [[nodiscard]] command::Action action_of(const BuildContext& context) const override {
     const command::State enabled = command::state_of(*jog_.enabled, context.cell, context.biases);
-    return command::jog(command::rotate(axes(context.cell), wanted(context.cell)), enabled,
-                        tool_limits(jog_, context.cell));
+    return command::jog(command::rotate(axes(context.cell), wanted(context.cell)), enabled, tool_limits(jog_));
   }
   [[nodiscard]] command::TwistSensor wanted(const command::Cell& cell) const {
     if (jog_.channel) return command::channel<net::Twist>(cell, *jog_.channel);

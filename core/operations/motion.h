@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/expression/condition_state.h"
 #include "core/motion/leg.h"
 #include "core/operations/compliance.h"
@@ -62,8 +62,10 @@ struct MotionTask : MotionParameters {
   PathKind kind = PathKind::kPtp;
   std::string arm = {};       ///< empty: the only one
   std::string follower = {};  ///< a second arm that moves as one with it; empty: none
-  ToolChoice tool = {};       ///< of the arm, which leads; default: the one that the cell declares
-  Goal goal = {};             ///< all but splines, and arcs about an axis
+  /// Programs: the frame that moves, in the follower's flange; default: where it is when the motion begins.
+  std::optional<Eigen::Isometry3d> X_HF = {};
+  ToolChoice tool = {};  ///< of the arm, which leads; default: the one that the cell declares
+  Goal goal = {};        ///< all but splines, and arcs about an axis
   std::optional<Goal> via = {};
   std::optional<About> about = {};
   motion::ArcOrientation orientation = motion::ArcOrientation::kToGoal;
@@ -78,10 +80,6 @@ struct MotionTask : MotionParameters {
 [[nodiscard]] std::string moved_by(const MotionTask& request);
 
 [[nodiscard]] const ParameterTable<MotionTask>& motion_parameters(PathKind kind);
-
-/// As activities want them. @param biases  of the sensors in their conditions
-[[nodiscard]] MotionOptions options_of(const MotionTask& motion, const command::Cell& cell,
-                                       const command::Biases& biases);
 
 /// Reads one. Diagnostics: all that is wrong with its form.
 [[nodiscard]] MotionTask read_motion(PathKind kind, const OperationSource& source);

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/activity/pair_motion.h"
 #include "core/base/object_reader.h"
 #include "core/command/actions/carried_motion.h"
@@ -17,6 +17,7 @@
 #include "core/expression/moving_frames.h"
 #include "core/operations/motion_on_base.h"
 #include "core/operations/motion_plan.h"
+#include "core/operations/motion_verdict.h"
 #include "core/operations/overlay.h"
 #include "core/operations/touch.h"
 
@@ -72,10 +73,11 @@ class MotionCommand final : public OperationCommand {
       if (!theirs.empty()) made.places.emplace_back(theirs, places[i]);
     }
     moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
-    moved.observe(key + " completed", command::BooleanSensor(moved.completed().node()));
+    moved.observe(key + " over", moved.completed() || moved.failed());
     if (first_offset(requests)) {
       const State silent = action.state("no_force");
       moved.on_entered(silent, cancel(moved));
+      moved.fails_if(silent.once());
       moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
       made.handler_places.push_back(offset_place() + "/sensor");
     }
@@ -87,6 +89,7 @@ class MotionCommand final : public OperationCommand {
     if (requests.size() > 1) until = until && action.via_passed(static_cast<int>(requests.size()) - 2);
     moved.on_entered(until, cancel(moved));
     made.handler_places.push_back(places.back() + "/until");
+    moved.fails_if(not_touched(until, requests.back().must_touch, moved));
     moved.capture(key + " touch", touch, until);
     moved.capture(key + " silent", touch, is_null(command::BooleanSensor(until.node())));
     return made;
@@ -119,30 +122,17 @@ class MotionCommand final : public OperationCommand {
     rehearsal.touched[arm()] = requests.back().until.has_value();
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
-    if (ended.value<net::Frame>(key + " no force")) {
-      diagnostics.error(Code::kSensorSilent, pointer + offset_place() + "/sensor",
-                        fmt::format("'{}' did not answer, so the arm stopped on its path", force().sensor),
-                        "check its power and its wiring");
-    }
-    report_broken(ended, key, diagnostics);
-    const bool completed = ended.was_true(key + " completed"), was_cancelled = ended.was_true(key + " cancelled");
-    if (!completed && !was_cancelled) return;  // it was never started
+    const GuardedEnd end = end_of(ended, key, cancelled);
+    diagnostics.append(motion_verdict(requests, end, [this](int motion) -> MotionPlace {
+      return {.pointer = pointer + places[static_cast<std::size_t>(motion)]};
+    }));
+    if (!ended.was_true(key + " over") && !ended.was_true(key + " cancelled")) return;  // it was never started
     for (const std::string& device : actuator(context.cell).model().devices()) context.variables.touches.erase(device);
-    if (!requests.back().until) return;
-    if (const auto X = ended.value<net::Frame>(key + " touch"))
-      return diagnostics.append(carried() ? note_touch_in_room(context, arm(), *X) : note_touch(context, arm(), *X),
-                                pointer);
-    const std::string place = pointer + places.back() + "/until";
-    if (ended.value<net::Frame>(key + " silent")) {
-      diagnostics.error(Code::kSensorSilent, place,
-                        "a sensor of the condition did not answer, so the arm stopped on its path",
-                        "check its power and its wiring");
-    } else if (requests.back().must_touch && !was_cancelled && !cancelled) {
-      diagnostics.error(Code::kConditionNotMet, place, "the motion reached its end and the condition never held",
-                        "a longer motion, another threshold, or \"on_end\": \"continue\"");
-    }
+    if (!end.outcome.touched()) return;
+    const net::Frame& X = *end.outcome.X_BT;
+    diagnostics.append(carried() ? note_touch_in_room(context, arm(), X) : note_touch(context, arm(), X), pointer);
   }
 
  private:
@@ -158,24 +148,32 @@ class MotionCommand final : public OperationCommand {
       if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
       if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
       made.command.on_entered(holds, cancel(made.command));
+      made.command.fails_if(not_allowed(holds, made.command));
       made.handler_places.push_back(places[i] + "/abort_if");
       made.command.capture(abort_name(key, i), action.progress(), holds);
       made.command.capture(abort_name(key, i) + " silent", action.progress(),
                            is_null(command::BooleanSensor(holds.node())));
     }
   }
-  void report_broken(const ActivityRun& ended, const std::string& key, Diagnostics& diagnostics) const {
+  [[nodiscard]] GuardedEnd end_of(const RunView& ended, const std::string& key, bool cancelled) const {
+    using enum GuardedOutcome::Kind;
+    GuardedEnd end;
+    end.no_force = ended.value<net::Frame>(key + " no force").has_value();
     for (std::size_t i = 0; i < requests.size(); ++i) {
-      const std::string place = pointer + places[i] + "/abort_if";
-      if (ended.value<net::Real>(abort_name(key, i))) {
-        diagnostics.error(Code::kAbortCondition, place, "'abort_if' became true, so the arm stopped on its path",
-                          "what made it hold; \"try\" around the step");
-      } else if (ended.value<net::Real>(abort_name(key, i) + " silent")) {
-        diagnostics.error(Code::kSensorSilent, place,
-                          "a sensor of the condition did not answer, so the arm stopped on its path",
-                          "check its power and its wiring");
-      }
+      const bool held = ended.value<net::Real>(abort_name(key, i)).has_value();
+      const bool silent = !held && ended.value<net::Real>(abort_name(key, i) + " silent").has_value();
+      if (held || silent) end.broken = {.motion = static_cast<int>(i), .silent = silent};
     }
+    if (!requests.back().until) return end;
+    const bool was_cancelled = ended.was_true(key + " cancelled");
+    if (const auto X = ended.value<net::Frame>(key + " touch")) {
+      end.outcome = {.kind = kTouched, .X_BT = X};
+    } else if (ended.value<net::Frame>(key + " silent")) {
+      end.outcome.kind = kSensorSilent;
+    } else if (ended.was_true(key + " over") && !was_cancelled && !cancelled) {
+      end.outcome.kind = kNotTouched;
+    }
+    return end;
   }
   /// The arm is on a base that drives with it.
   [[nodiscard]] bool carried() const { return requests.front().base_goal.has_value(); }
@@ -210,7 +208,6 @@ class MotionCommand final : public OperationCommand {
       command::PlannedMotion motion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
                                     .X_FM = cell.arms.find(arm())->second.X_FT,
                                     .handed_over = std::move(plan->handed_over),
-                                    .clock = command::override_of(cell),
                                     .name = kind()};
       leave_in_motion(making, motion);
       return Planned(std::move(motion));
@@ -236,9 +233,7 @@ class MotionCommand final : public OperationCommand {
       auto plan = plan_pair_motions(requests, cell, pair_of(cell, *grasp), q, q_follower);
       if (!plan) return Planned(placed(plan.error()));
       making.notes.append(plan->notes);
-      command::PlannedMotion motion = planned(*grasp, kind(), std::move(*plan));
-      motion.clock = command::override_of(cell);
-      return Planned(std::move(motion));
+      return Planned(planned(*grasp, kind(), std::move(*plan)));
     });
   }
   [[nodiscard]] const char* kind() const { return requests.size() == 1 ? name_of(requests.front().kind) : "motions"; }

@@ -44,9 +44,8 @@ Result<command::PlannedMotion> plan_on_base(const MotionTask& motion, const comm
   Diagnostics ignored;  // a base turns as it is told, or not at all
   const auto q_goal = goal_joints(*motion.base_goal, cell, *base, q_base, ignored);
   if (!q_goal) return below("/base_to", q_goal.error());
-  command::PlanParameters parameters{
+  const command::PlanParameters parameters{
       .velocity = motion.velocity, .acceleration = motion.acceleration, .linear_velocity = motion.linear_velocity};
-  parameters.clock = command::override_of(cell);
   auto planned = command::carried_lin(cell, motion.arm, {q_base, q_arm, *q_goal, *X_goal}, parameters);
   if (planned) return planned;
   // The planner speaks of goals, the file of keys.

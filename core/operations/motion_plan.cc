@@ -174,7 +174,7 @@ Result<motion::Leg> leg_of(const MotionTask& request, const command::Cell& cell,
   leg->velocity = request.velocity;
   leg->acceleration = request.acceleration;
   leg->linear_velocity = request.linear_velocity;
-  leg->blend = request.blend.along_path;
+  leg->blend = request.blend.inside();
   return leg;
 }
 

@@ -11,8 +11,8 @@
 #include "core/activity/dual_entry_motion.h"
 #include "core/command/single_net.h"
 #include "core/expression/moving_frames.h"
+#include "core/operations/motion_activity.h"
 #include "core/operations/rehearsed_net.h"
-#include "core/operations/requested_motion.h"
 #include "core/operations/scheduled_run.h"
 #include "core/operations/touch.h"
 
@@ -45,61 +45,20 @@ class MotionRun final : public ScheduledRun {
     return wait_of_moves(requests_, context.meanwhile);
   }
   [[nodiscard]] ActivityPtr activity(Context& context) override {
-    return requested_motion(requests_, context.variables.biases, context.meanwhile);
+    return std::make_shared<const MotionActivity>(requests_.front().name, requests_, context.variables.biases,
+                                                  context.meanwhile);
   }
 
-  Progress finish(Context& context, Diagnostics& diagnostics) override {
+  void ended(Context& context) override {
     for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
-    const GuardedEnd end = guarded_end(*run(), static_cast<int>(requests_.size()));
-    if (end.no_force) return report_no_force(diagnostics);
-    if (end.broken) return report_broken(*end.broken, diagnostics);
-    return request_.until ? report_outcome(end.outcome, context, diagnostics) : Progress::kDone;
   }
-
-  Progress report_outcome(const GuardedOutcome& outcome, Context& context, Diagnostics& diagnostics) {
-    using enum GuardedOutcome::Kind;
-    if (outcome.touched()) {
-      const Diagnostics lost = note_touch(context, request_.arm, *outcome.X_BT);
-      diagnostics.append(lost, "/until");
-      return lost.has_errors() ? Progress::kFailed : Progress::kDone;
-    }
-    if (cancelled() || outcome.kind == kInterrupted) return Progress::kDone;
-    if (outcome.kind == kNotTouched && !request_.must_touch) return Progress::kDone;
-    if (outcome.kind == kNotTouched) {
-      diagnostics.error(Code::kConditionNotMet, "/until", "the motion reached its end and the condition never held",
-                        "a longer motion, another threshold, or \"on_end\": \"continue\"");
-    } else {
-      diagnostics.error(Code::kSensorSilent, "/until",
-                        "a sensor of the condition did not answer, so the arm stopped on its path",
-                        "check its power and its wiring");
-    }
-    return Progress::kFailed;
-  }
-
-  Progress report_no_force(Diagnostics& diagnostics) const {
-    const std::size_t first = first_offset(requests_).value_or(0);
-    const MotionTask& with_force = requests_[first];
-    std::string message =
-        fmt::format("'{}' did not answer, so the arm stopped on its path", with_force.force_offset->sensor);
-    if (first > 0) message = fmt::format("in '{}', which is blended into: {}", with_force.name, message);
-    const std::string way_out = "check its power and its wiring";
-    diagnostics.error(Code::kSensorSilent, first > 0 ? "" : "/force_offset/sensor", message, way_out);
-    return Progress::kFailed;
-  }
-
-  /// What must not hold did: this is where it stands, or which motion it stands at.
-  Progress report_broken(const GuardedEnd::Broken& broken, Diagnostics& diagnostics) const {
-    std::string message = broken.silent ? "a sensor of the condition did not answer, so the arm stopped on its path"
-                                        : "'abort_if' became true, so the arm stopped on its path";
-    if (broken.motion < 0) message = fmt::format("'abort_if' of the motion that it went on with: {}", message);
-    if (broken.motion > 0) {
-      const MotionTask& part = requests_[static_cast<std::size_t>(broken.motion)];
-      message = fmt::format("in '{}', which is blended into: {}", part.name, message);
-    }
-    const std::string way_out =
-        broken.silent ? "check its power and its wiring" : "what made it hold; \"try\" around the step";
-    diagnostics.error(Code::kAbortCondition, broken.motion < 0 ? "" : "/abort_if", message, way_out);
-    return Progress::kFailed;
+  Progress finish(Context& context, Diagnostics& diagnostics) override {
+    if (!request_.until) return Progress::kDone;
+    const GuardedOutcome outcome = guarded_outcome(*run());
+    if (!outcome.touched()) return Progress::kDone;
+    const Diagnostics lost = note_touch(context, request_.arm, *outcome.X_BT);
+    diagnostics.append(lost, "/until");
+    return lost.has_errors() ? Progress::kFailed : Progress::kDone;
   }
 
   const std::vector<MotionTask>& requests_;
@@ -136,7 +95,8 @@ class MotionStep final : public Step {
     note_moves(rehearsal, last.arm, moves(), !goes_on);
     const Surroundings surroundings{.situation = [&rehearsal] { return situation_of(rehearsal); },
                                     .meanwhile = rehearsal.collisions.meanwhile};
-    const auto alone = requested_motion(requests_, {})->alone(rehearsal.cell, rehearsal.q, surroundings);
+    const MotionActivity motion(requests_.front().name, requests_, {});
+    const auto alone = motion.alone(rehearsal.cell, rehearsal.q, surroundings);
     if (!alone) {
       diagnostics.append(alone.error(), pointer);
       return;

@@ -6,7 +6,6 @@
 
 #include "core/activity/activity_model.h"
 #include "core/command/actions/online_action.h"
-#include "core/command/actions/planned_path.h"
 #include "core/expression/condition_state.h"
 #include "core/operations/compliance.h"
 #include "core/operations/operation.h"
@@ -41,10 +40,10 @@ void add_tool_limits(ParameterTable<P>& table) {
       .number("angular_max_deg_s", "deg/s", &P::angular_max, {.low = 0.0, .high = 180.0, .low_open = true},
               "Largest angular speed of the tool.");
 }
-/// The limits of the tool and the operator's override.
+/// The limits of the tool.
 template <class P>
-command::TrackingParameters tool_limits(const P& p, const command::Cell& cell) {
-  return {.linear_max = p.linear_max, .angular_max = p.angular_max, .speed = command::override_of(cell).speed};
+command::TrackingParameters tool_limits(const P& p) {
+  return {.linear_max = p.linear_max, .angular_max = p.angular_max};
 }
 
 /// A channel by its name. Its type can only be checked where channels are known.

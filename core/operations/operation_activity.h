@@ -1,17 +1,60 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/activity/command_activity.h"
+#include "core/operations/command_builder.h"
 #include "core/operations/operation_command.h"
 
-/// Operations as activities of programs in C++. Realtime: setup.
+/// Operations as activities: steps of files, and what programs in C++ ask for. Realtime: setup.
 namespace takt::activity {
 
-/// An operation that is a command, made anew each time it is carried out. What its step of a file would do at the end
-/// it does too: what was expected and did not happen makes the run fail (RunFailure::kAborted).
+/// An operation, or a transaction of several, as an activity that begins at rest. It is made into commands anew each
+/// time that it is planned, with the cell of whoever plans: that may be another thread.
+class OperationActivity final : public ActivityModel {
+ public:
+  using RootPtr = std::shared_ptr<const OperationCommand>;
+  /// Its commands, each with the key of what it observes.
+  using Keys = std::vector<std::pair<const OperationCommand*, std::string>>;
+  struct Options {
+    std::string name = {};                    ///< empty: that of the command
+    std::vector<std::string> actuators = {};  ///< empty: the devices that it drives
+    std::optional<ArmAfter> arms = {};        ///< of an arm that rests before; nothing: as the plan says
+    command::ExternalHandler tell = {};       ///< gets external effects
+    /// What was expected and did not happen makes the run fail (RunFailure::kAborted); else whoever asked for it judges
+    /// it, with OperationCommand::report().
+    bool judged = true;
+  };
+
+  /// @param context  of the program; it outlives the activity
+  OperationActivity(RootPtr root, Context& context, Options options);
+
+  [[nodiscard]] std::vector<std::string> actuators() const override { return options_.actuators; }
+  [[nodiscard]] const Keys& keys() const { return keys_; }
+  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override;
+
+ private:
+  RootPtr root_;
+  Context& context_;  ///< of the program's thread; who plans may be another one
+  Options options_;
+  command::Biases biases_;
+  Meanwhile meanwhile_;
+  Keys keys_;
+};
+
+/// Checks and plans the commands of a tree. @return diagnostics with locations of the file
+/// @param[in,out] places  as command::plan() has them
+[[nodiscard]] Diagnostics plan_commands(const CommandBuilder& tree, const command::Cell& cell, command::Places& places,
+                                        command::TreeEnd& end);
+
+/// Whole locations as those below an operation.
+[[nodiscard]] Diagnostics below(const OperationCommand& root, const Diagnostics& diagnostics);
+
+/// An operation of one actuator of a program in C++.
 /// @param context  of the program; it must outlive the activity
 [[nodiscard]] ActivityPtr operation_activity(std::string name, std::unique_ptr<const OperationCommand> command,
                                              std::string actuator, Context& context,

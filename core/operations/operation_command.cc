@@ -132,7 +132,7 @@ MadeCommand OperationCommand::on_actuator(const command::Actuator& actuator, con
           .places = places_of(*compliance_)};
 }
 
-void OperationCommand::report(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+void OperationCommand::report(const RunView& ended, const std::string& key, bool cancelled, Context& context,
                               Diagnostics& diagnostics) const {
   diagnostics.append(abort_diagnostics(ended, key), pointer);
   finish(ended, key, cancelled, context, diagnostics);

@@ -19,7 +19,7 @@
 #include "core/operations/compliance.h"
 #include "core/operations/operation.h"
 #include "core/operations/step.h"
-#include "core/operations/transaction.h"
+#include "core/operations/transaction_parameters.h"
 #include "core/rcc/control_core.h"
 
 /// Operations as commands: what a step "transaction" is made of (docs/programs.md), and operations of programs in C++.
@@ -35,6 +35,7 @@ struct BuildContext {
   command::ExternalHandler tell = {};                ///< gets external effects
   Meanwhile meanwhile = {};                          ///< what others do while a `move` is carried out
   std::optional<command::FingerWidths> widths = {};  ///< of grippers, as they are believed to stand; default: measured
+  bool is_part = false;                              ///< of a composition: something may come after it in the same net
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.
@@ -63,7 +64,7 @@ class OperationCommand {
   [[nodiscard]] MadeCommand made(const BuildContext& making, const std::string& key) const;
   /// What has come of it once the tree has ended in order: `abort_if`, and what finish() says.
   /// @param cancelled  the whole was cancelled
-  void report(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+  void report(const RunView& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const;
 
   /// The command, named as this, without what `on` says. Not of transactions.
@@ -98,7 +99,7 @@ class OperationCommand {
   virtual void rehearse(Rehearsal&, Diagnostics&) const {}
   /// What has come of it once the tree has ended in order: results for the program; diagnostics, with whole pointers,
   /// if it has failed. @param cancelled  the whole was cancelled
-  virtual void finish(const ActivityRun&, const std::string& key, bool cancelled, Context&, Diagnostics&) const {
+  virtual void finish(const RunView&, const std::string& key, bool cancelled, Context&, Diagnostics&) const {
     (void)key;
     (void)cancelled;
   }
@@ -107,8 +108,9 @@ class OperationCommand {
   [[nodiscard]] const TransactionParameters* transaction() const { return transaction_.get(); }
   [[nodiscard]] const std::vector<std::unique_ptr<OperationCommand>>& parts() const { return parts_; }
   [[nodiscard]] const OperationCommand* parent() const { return parent_; }
-  /// It is a step, or an activity, of its own, and no part of a transaction.
-  [[nodiscard]] bool is_alone() const { return parent_ == nullptr; }
+  /// It is a step, or an activity, of its own, and no part of a transaction or of a composition.
+  [[nodiscard]] bool is_alone(const BuildContext& making) const { return parent_ == nullptr && !making.is_part; }
+  [[nodiscard]] bool is_alone(const RunView& run) const { return parent_ == nullptr && run.is_whole(); }
   /// The command that a name means here: one directly inside, itself, or one around; "a/b" is b inside of a.
   [[nodiscard]] const OperationCommand* find(std::string_view name) const;
   /// The transaction that declares a raised state: this or around, else any of the tree (rule C10 checks).

@@ -81,7 +81,7 @@ std::string observation_of(PressEvent event, const std::string& key) {
 /// What has happened to a press that is over.
 class PressHistory {
  public:
-  PressHistory(const ActivityRun& run, std::string key) : run_(run), key_(std::move(key)) {}
+  PressHistory(const RunView& run, std::string key) : run_(run), key_(std::move(key)) {}
   /// Where the tool stood in the arm's base, m; nothing: it has not happened.
   [[nodiscard]] std::optional<net::Frame> place(PressEvent event) const {
     return run_.value<net::Frame>(observation_of(event, key_));
@@ -109,7 +109,7 @@ class PressHistory {
   }
 
  private:
-  const ActivityRun& run_;
+  RunView run_;
   std::string key_;
 };
 
@@ -183,6 +183,13 @@ class PressingCommand final : public OperationCommand {
       made.handler_places.emplace_back(place);
     };
     const command::Action& press = *made.action;
+    State failed = press.state("too_far") || press.state("error");
+    if (pressing_.path && pressing_.path_end_fails) failed = failed || press.state("path_ended");
+    if (pressing_.depth) failed = failed || press.state("too_deep");
+    if (pressing_.lateral) failed = failed || press.state("sideways");
+    failed = failed.once();
+    for (const State& wanted : wanted_ends(making, made)) failed = failed && !wanted.once();
+    made.command.fails_if(failed);
     using enum PressEvent;
     ends(kTooFar, press.state("too_far"), "/travel_m");
     ends(kSilent, press.state("error"), "/sensor");
@@ -203,15 +210,24 @@ class PressingCommand final : public OperationCommand {
     rehearsal.duration += seconds().value_or(0.0);
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
               Diagnostics& diagnostics) const override {
     diagnostics.append(end_press(pressing_, {ended, key}, cancelled, context), pointer);
   }
 
  private:
+  /// What was wanted counts before what happened in the same cycle (PressHistory::outcome()).
+  [[nodiscard]] std::vector<State> wanted_ends(const BuildContext& making, const MadeCommand& made) const {
+    std::vector<State> ends;
+    if (const auto held = seconds()) ends.push_back(made.action->state("at_force").held_for(*held));
+    if (pressing_.drop) ends.push_back(made.action->state("sunk"));
+    if (pressing_.until)
+      ends.push_back(command::state_of(*pressing_.until, making.cell, making.biases) && made.command.active());
+    return ends;
+  }
   /// For how long the force is held: in a transaction something else may end it.
   [[nodiscard]] std::optional<double> seconds() const {
-    return pressing_.seconds || !is_alone() ? pressing_.seconds : pressing_.seconds_alone;
+    return pressing_.seconds || parent() != nullptr ? pressing_.seconds : pressing_.seconds_alone;
   }
   [[nodiscard]] command::Action action_of(const BuildContext& making) const {
     if (!pressing_.needs_place() && !moves(making.cell.frames, pressing_.in, pressing_.arm)) {
@@ -232,10 +248,13 @@ class PressingCommand final : public OperationCommand {
 
 }  // namespace
 
-PressOutcome press_outcome(const ActivityRun& run, const std::string& key) {
+PressOutcome press_outcome(const RunView& run, const std::string& key) {
+  (void)run.failure();  // who asks for the outcome knows of it
   if (!key.empty()) return PressHistory(run, key).outcome();
-  for (const char* type : {"/press", "/search", "/wipe"})
-    if (run.observes(observation_of(PressEvent::kTouched, type))) return PressHistory(run, type).outcome();
+  for (const char* type : {"/press", "/search", "/wipe"}) {
+    const std::string touched = observation_of(PressEvent::kTouched, type);
+    if (run.observes(touched)) return PressHistory(run.narrowed_to(touched), type).outcome();
+  }
   return PressHistory(run, pointer_segment(run.name())).outcome();
 }
 

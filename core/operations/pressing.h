@@ -81,7 +81,7 @@ enum class PressOutcome : std::uint8_t {
 };
 /// Of a run of press, search or wipe; also of one that has failed. @param key  under which a command of a transaction
 /// keeps its values; empty: the run is the operation itself
-[[nodiscard]] PressOutcome press_outcome(const ActivityRun& run, const std::string& key = {});
+[[nodiscard]] PressOutcome press_outcome(const RunView& run, const std::string& key = {});
 [[nodiscard]] std::string_view name_of(PressOutcome outcome);
 
 // -- The forms of an operation that presses --------------------------------------------------------------------------

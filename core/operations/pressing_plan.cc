@@ -130,7 +130,6 @@ Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::C
                                           .travel = pressing.travel,
                                           .sink = pressing.drop,
                                           .deepest = pressing.depth,
-                                          .clock = command::override_of(cell),
                                           .softness_across = softness_across(pressing, arm, *direction, q)};
   set_contact_figures(control.force, cell, pressing.sensor);
   control.force.approach_acceleration = approach_acceleration(arm, control.force.contact_force);

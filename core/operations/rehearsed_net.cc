@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "core/activity/motion_activity.h"
+#include "core/activity/motion_options.h"
 #include "core/command/single_net.h"
 #include "core/net/compiled_net.h"
 

@@ -98,8 +98,7 @@ class OutputCommand final : public OperationCommand {
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     if (parameters_.source) rehearsal.duration += parameters_.seconds.value_or(0.0);
   }
-  void finish(const ActivityRun& ended, const std::string& key, bool, Context&,
-              Diagnostics& diagnostics) const override {
+  void finish(const RunView& ended, const std::string& key, bool, Context&, Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " silent")) return;
     diagnostics.error(Code::kSensorSilent, pointer + "/value",
                       "what the output follows did not answer, so it stayed where it was",
@@ -127,6 +126,7 @@ class OutputCommand final : public OperationCommand {
     if (parameters_.source->kind == ValueParameters::Kind::kProgress) return made;
     set.on_entered(action.error(), cancel(set));
     made.handler_places.emplace_back("/value");
+    set.fails_if(action.error().once());
     set.capture(key + " silent", BooleanSensor(action.error().node()), action.error());
     return made;
   }

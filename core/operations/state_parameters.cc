@@ -16,8 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using StateKind = StateParameters::Kind;
 
-constexpr std::array<const char*, 6> kOfCommands = {"started", "active",    "completed",
-                                                    "stopped", "cancelled", "timed_out"};
+constexpr std::array<const char*, 8> kOfCommands = {"started", "active",    "completed", "failed",
+                                                    "stopped", "cancelled", "paused",    "timed_out"};
 
 template <class Map>
 void append_names(const Map& map, std::vector<std::string>& names) {
@@ -114,7 +114,8 @@ StateParameters read_state(const Json& json, const std::string& pointer, const c
   if (!is_known_form(json)) {
     diagnostics.error(
         Code::kMissing, pointer, "no state is given",
-        "a condition over sensors, started, active, completed, stopped, cancelled, timed_out of a command, "
+        "a condition over sensors, started, active, completed, failed, stopped, cancelled, paused, timed_out of a "
+        "command, "
         "action, actuator, raised, all, any or not");
     return state;
   }

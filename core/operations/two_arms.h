@@ -30,7 +30,7 @@ class TwoArms {
   [[nodiscard]] const Grasp& grasp() const { return grasp_; }
 
  private:
-  [[nodiscard]] Activity motion(PathKind kind, const char* label, LegOf leg, const MotionParameters& parameters) const;
+  [[nodiscard]] Activity motion(MotionTask task) const;
 
   Runtime* runtime_;
   Actuator leader_, follower_;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/activity/command_activity.h"
 #include "core/operations/command_step.h"
 #include "core/operations/operation_command.h"
 
@@ -64,19 +65,6 @@ class PauseStep final : public Step {
 
 // -- As a command -----------------------------------------------------------------------------------------------------
 
-/// How a condition with a timeout ended, at "/until"; empty: it held.
-Diagnostics failure_of_wait(const std::optional<net::Boolean>& held, double timeout) {
-  Diagnostics diagnostics;
-  if (!held) {
-    diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
-                      "check its power and its wiring");
-  } else if (!*held) {
-    diagnostics.error(Code::kTimeout, "/until", fmt::format("the condition did not hold within {:g} s", timeout),
-                      "a longer \"timeout_s\", or \"try\" around it");
-  }
-  return diagnostics;
-}
-
 class TimeCommand final : public OperationCommand {
  public:
   explicit TimeCommand(WaitParameters parameters) : parameters_(std::move(parameters)) {}
@@ -85,7 +73,7 @@ class TimeCommand final : public OperationCommand {
     if (!parameters_.until) return {.command = command::WaitCommand(name, parameters_.seconds.value_or(0.0))};
     const command::State until = command::state_of(*parameters_.until, making.cell, making.biases);
     command::WaitCommand wait(name, until, parameters_.timeout);
-    if (is_alone()) {
+    if (is_alone(making)) {
       // Nothing comes after it: what the condition is when it has ended is what counts.
       wait.observe(key + " held", BooleanSensor(until.node()));
     } else if (parameters_.timeout) {
@@ -100,9 +88,9 @@ class TimeCommand final : public OperationCommand {
     rehearsal.duration += parameters_.seconds.value_or(0.0);
   }
 
-  void finish(const ActivityRun& ended, const std::string& key, bool cancelled, Context&,
+  void finish(const RunView& ended, const std::string& key, bool cancelled, Context&,
               Diagnostics& diagnostics) const override {
-    const bool has_ended = is_alone() ? !cancelled : ended.was_true(key + " timed out");
+    const bool has_ended = is_alone(ended) ? !cancelled : ended.was_true(key + " timed out");
     if (!parameters_.until || !has_ended) return;
     diagnostics.append(failure_of_wait(ended.value<net::Boolean>(key + " held"), parameters_.timeout.value_or(0.0)),
                        pointer);

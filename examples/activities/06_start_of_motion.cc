@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
       measure(motion.lin_by({0.0, 0.02 * (i + 1), 0.0}), lin);
       motion.ptp(left.home()).execute();
       q_goal[0] = left.home()[0] + 0.3;
-      measure(motion.ptp(q_goal, {.until = too_near}), guarded);
+      measure(motion.ptp(q_goal, {.until = too_near, .must_touch = false}), guarded);
       nearest = std::min(nearest, (left.tool().translation() - p_BO).norm());
       motion.ptp(left.home()).execute();
     }

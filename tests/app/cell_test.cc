@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/cell_setup.h"
 #include "app/takt.h"
 #include "core/operations/two_arms.h"
 #include "tests/support/reports.h"
@@ -144,6 +145,50 @@ TEST(Cell, AnErrorOfTheProgramEndsWhatRunsInOrder) {
   EXPECT_THAT(report.diagnostics, Not(takt::test::ReportsAnywhere(Code::kNotPossibleNow)));
   EXPECT_TRUE(failed(report).empty());
   EXPECT_FALSE(cell.core().find_arm("arm")->held());
+}
+
+command::State never(Cell& cell) {
+  return is_greater(element(command::measured_joints(cell.model(), cell.arm().name()), 0), 100.0);
+}
+
+TEST(Cell, WhatFailsWhileNobodyWaitsIsAnErrorOfTheRunUnlessItsOutcomeIsRead) {
+  for (const bool asks : {false, true}) {
+    Cell cell("wave.json", with("/expectations", kOnlyLimits));
+    const RunReport report = report_of(cell, [asks](Cell& own) {
+      const auto guarded = own.arm().use<LinInterface>().lin_by({0.0, 0.02, 0.0}, {.until = never(own)});
+      const RunPtr run = guarded.begin_execute();
+      own.wait(3.0);
+      EXPECT_EQ(run->state(), RunState::kFailed);
+      if (asks) EXPECT_EQ(run->failure(), RunFailure::kAborted);
+    });
+    EXPECT_EQ(report.verdict, asks ? Verdict::kPassed : Verdict::kError) << report.diagnostics.to_string();
+    if (!asks) EXPECT_THAT(report.diagnostics, Reports(Code::kConditionNotMet, "/arm LIN/until"));
+  }
+}
+
+TEST(Cell, AWaitThatIsNotFulfilledIsAnAnswerAndNoFailure) {
+  Cell cell("wave.json", with("/expectations", kOnlyLimits));
+  EXPECT_FALSE(cell.wait_until(never(cell), 0.05));
+  EXPECT_TRUE(cell.wait_until(!never(cell), 0.05));
+  EXPECT_EQ(cell.finish().verdict, Verdict::kPassed);
+}
+
+TEST(Cell, AProgramIsGoneThroughStepByStep) {
+  std::vector<std::string> asked;
+  Cell::Setup setup;
+  setup.open.overrides.push_back({"/expectations", kOnlyLimits});
+  setup.run.before_step = [&asked](const scenario::NextStep& next) {
+    asked.push_back(next.name);
+    return asked.size() < 2 ? scenario::StepAnswer::kNext : scenario::StepAnswer::kCancel;
+  };
+  Cell cell("wave.json", {}, std::move(setup));
+  const RunReport report = report_of(cell, [](Cell& own) {
+    own.step("there");
+    there_and_back(own);
+    there_and_back(own);
+  });
+  EXPECT_THAT(asked, testing::ElementsAre("there: arm LIN", "there: arm LIN"));
+  EXPECT_EQ(report.verdict, Verdict::kInterrupted) << report.diagnostics.to_string();
 }
 
 /// Two arms side by side, of which the right one is a UR5 unless it is said: told 17 ms late.
@@ -438,6 +483,20 @@ TEST(Cell, AMoveToWhereAnotherMachineComesIsRefused) {
               takt::test::ReportsAnywhere(Code::kCollision, {"left/", "right/", "PTP", " s after"}));
   cell.wait_for_all();
   EXPECT_LT((cell.arm("left").q() - turned(-60.0)).norm(), 1e-6) << "it has not moved";
+}
+
+TEST(Cell, AnyMotionSeesWhatOthersMoveMeanwhile) {
+  Cell cell("beside.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
+  const auto left = cell.arm("left").use<MotionInterface>(), right = cell.arm("right").use<MotionInterface>();
+  left.ptp(turned(-60.0)).execute();
+  right.ptp(turned(-60.0)).execute();
+  right.ptp(turned(60.0)).begin_execute();
+  EXPECT_THAT(error_of([&] { left.ptp(turned(60.0)).execute(); }),
+              takt::test::ReportsAnywhere(Code::kCollision, {"left/", "right/", "PTP"}));
+  EXPECT_LT((cell.arm("left").q() - turned(-60.0)).norm(), 1e-6) << "it has not moved";
+  left.lin_by({0.0, 0.0, 0.02}).execute();  // there is room, and time
+  cell.wait_for_all();
+  EXPECT_LT((cell.arm("right").q() - turned(60.0)).norm(), 1e-6);
 }
 
 TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {

@@ -47,8 +47,8 @@ inline constexpr std::string_view kPathTime = "motion/clock.time";
 inline net::NetDescription motion_net(const MotionCommand& wanted, const Cell& cell, const Biases& biases) {
   // The plan is written into the net; nothing refers to it afterwards.
   const std::shared_ptr<const motion::Motion> motion(wanted.motion, [](const motion::Motion*) {});
-  const command::Action action = command::planned(
-      {.motion = motion, .X_FM = wanted.X_FM, .handed_over = {wanted.until_from}, .clock = command::override_of(cell)});
+  const command::Action action =
+      command::planned({.motion = motion, .X_FM = wanted.X_FM, .handed_over = {wanted.until_from}});
   command::RuntimeCommand moved("motion", command::arm(cell, wanted.arm), action);
   if (wanted.until) {
     command::State until = command::state_of(*wanted.until, cell, biases);

@@ -41,9 +41,9 @@ class PlannedModel final : public ActionModel {
     return formulas;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
+  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     const motion::Motion& motion = *motion_.motion;
-    add_clock(fragment, motion, motion_.clock);
+    add_clock(fragment, actuator, motion, motion_.clock);
     add_hand_over(fragment);
     if (motion_.begins_there) add_start_check(fragment);
     SetPoint set_point = add_path(fragment, "path", motion.path, motion_.X_FM);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/actions/linked_primitive.h"
+#include "core/command/actions/planned_path.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -44,13 +45,15 @@ void check_share(const char* name, double value, Diagnostics& diagnostics) {
                     "above 0, at most 1");
 }
 
-void add_limit(FragmentWriter& fragment, const std::string& from, const TrackingParameters& parameters) {
-  const std::string limited = parameters.speed ? "limited" : "wanted";
+void add_limit(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& from,
+               const TrackingParameters& parameters) {
+  const auto speed = speed_on(actuator, parameters.speed);
+  const std::string limited = speed ? "limited" : "wanted";
   add_linked(fragment, limited, "LimitTwist", {{"input", from}},
              {{"linear_max", parameters.linear_max}, {"angular_max", parameters.angular_max}});
-  if (!parameters.speed) return;
+  if (!speed) return;
   add_linked(fragment, "wanted", "ScaleTwist", {{"twist", "limited.value"}});
-  fragment.feed(parameters.speed->node(), "wanted.factor");
+  fragment.feed(speed->node(), "wanted.factor");
 }
 
 ToolSpeed speed_of(const TrackingParameters& parameters) {
@@ -82,11 +85,11 @@ class Jog final : public VelocityModel {
   }
 
  private:
-  void add_velocity(FragmentWriter& fragment, const ActuatorModel&) const override {
+  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     fragment.add("held", "GateTwist");
     fragment.feed(velocity_, "held.input");
     fragment.feed(enabled_, "held.open");
-    add_limit(fragment, "held.value", bounds_);
+    add_limit(fragment, actuator, "held.value", bounds_);
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(bounds_); }
 
@@ -129,7 +132,7 @@ class FollowPose final : public VelocityModel {
     fragment.feed(target_, "difference.to");
     fragment.add("gain", "ConstantReal", {{"value", parameters_.gain}});
     add_linked(fragment, "velocity", "ScaleTwist", {{"twist", "difference.value"}, {"factor", "gain.value"}});
-    add_limit(fragment, "velocity.value", parameters_);
+    add_limit(fragment, actuator, "velocity.value", parameters_);
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(parameters_); }
 
@@ -176,8 +179,12 @@ class HoldForce final : public VelocityModel {
     fragment.add("along", "ScaleVector");
     fragment.feed(direction_, "along.vector");
     fragment.link("force_law.velocity", "along.factor");
-    add_linked(fragment, "wanted", "AssembleTwist", {{"linear", "along.value"}},
+    const auto speed = actuator.speed();
+    add_linked(fragment, speed ? "moves" : "wanted", "AssembleTwist", {{"linear", "along.value"}},
                {{"angular", net::value_to_json(net::Vector(net::Vector::Zero()))}});
+    if (!speed) return;
+    add_touched(fragment);
+    add_stand(fragment, *speed);
   }
 
   ExpressionPtr pressing_, direction_;
@@ -207,7 +214,7 @@ class FollowJoints final : public ActionModel {
   [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     const device::ArmDescription& arm = actuator.arm()->device->description();
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
-    add_target(fragment);
+    add_target(fragment, actuator);
     add_linked(fragment, "generator", "JerkLimitedJointPosition",
                {{"target", "target.value"}, {"start", "begin.value"}},
                {{"joints", arm.limits.velocity.size()},
@@ -229,18 +236,29 @@ class FollowJoints final : public ActionModel {
   }
 
  private:
-  /// The newest target; before the first where the arm is; from a cancel on where it was then.
-  void add_target(FragmentWriter& fragment) const {
+  /// The newest target; before the first where the arm is; from a cancel on, and in a pause, where it was then.
+  void add_target(FragmentWriter& fragment, const ActuatorModel& actuator) const {
+    if (const auto speed = actuator.speed()) add_stands(fragment, *speed);
     add_linked(fragment, "begin", "SnapshotJoints", {{"input", "state.set_point_q"}}, {{"trigger", true}});
     fragment.add("newest", "HoldLastJoints", {{"cycles", 1'000'000'000}});
     fragment.feed(target_, "newest.input");
     add_linked(fragment, "known", "DefaultToJoints", {{"input", "newest.value"}, {"fallback", "begin.value"}});
     add_linked(fragment, "here", "SnapshotJoints", {{"input", "state.set_point_q"}});
-    fragment.feed(fragment.cancel(), "here.trigger");
-    fragment.add("target", "SelectJoints");
-    fragment.feed(fragment.cancel(), "target.condition");
-    fragment.link("here.value", "target.if_true");
-    fragment.link("known.value", "target.if_false");
+    add_linked(fragment, "target", "SelectJoints", {{"if_true", "here.value"}, {"if_false", "known.value"}});
+    for (const char* port : {"here.trigger", "target.condition"}) {
+      if (actuator.speed()) {
+        fragment.link("stands.value", port);
+      } else {
+        fragment.feed(fragment.cancel(), port);
+      }
+    }
+  }
+  /// It is cancelled, or people hold its actuator still.
+  static void add_stands(FragmentWriter& fragment, const RealSensor& speed) {
+    add_moves_on(fragment, speed);
+    add_linked(fragment, "held_still", "Not", {{"input", "goes_on.value"}});
+    add_linked(fragment, "stands", "Or", {{"a", "held_still.value"}});
+    fragment.feed(fragment.cancel(), "stands.b");
   }
 
   ExpressionPtr target_;

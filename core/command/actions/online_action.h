@@ -16,7 +16,7 @@ struct TrackingParameters {
   double gain = 4.0;         ///< velocity for a difference, 1/s
   double distance = 1e-4;    ///< of `arrived`, m
   double angle = 1e-3;       ///< of `arrived`, rad
-  /// Share of the wanted velocity, 0 to 1, such as an operator's override; 0 or null: the arm rests.
+  /// Share of the wanted velocity, 0 to 1, beside the speed of the actuator; 0 or null: the arm rests.
   std::optional<RealSensor> speed = {};
 };
 

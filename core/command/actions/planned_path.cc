@@ -44,17 +44,18 @@ std::vector<ExpressionPtr> ClockInputs::formulas() const {
 std::string path_time_channel(const std::string& arm) { return arm + ".path_time"; }
 std::string path_rate_channel(const std::string& arm) { return arm + ".path_rate"; }
 
-ClockInputs override_of(const Cell& cell) {
-  if (cell.override_channel.empty()) return {};
-  return {.speed = min(max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0)};
+std::optional<RealSensor> speed_on(const ActuatorModel& actuator, const std::optional<RealSensor>& own) {
+  const auto wanted = actuator.speed();
+  if (wanted && own) return *wanted * *own;
+  return wanted ? wanted : own;
 }
 
-void add_clock(FragmentWriter& fragment, const motion::Motion& motion, const ClockInputs& inputs,
-               const std::string& waits_for) {
+void add_clock(FragmentWriter& fragment, const ActuatorModel& actuator, const motion::Motion& motion,
+               const ClockInputs& inputs, const std::string& waits_for) {
   fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}});
   fragment.feed(fragment.cancel(), "target_rate.condition");
-  if (inputs.speed) {
-    fragment.feed(inputs.speed->node(), "target_rate.if_false");
+  if (const auto speed = speed_on(actuator, inputs.speed)) {
+    fragment.feed(speed->node(), "target_rate.if_false");
   } else {
     fragment.set_parameter("target_rate", "if_false", 1.0);
   }

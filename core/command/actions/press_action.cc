@@ -69,11 +69,9 @@ class Press final : public VelocityModel {
     add_force_law(fragment, actuator, pressing_, parameters_.force);
     fragment.add("push_direction", "ConstantVector", {{"value", vector_json(direction_B_)}});
     fragment.link("push_direction.value", "servo.direction");
-    // A silent sensor has not felt anything.
-    add_linked(fragment, "contact_known", "DefaultToBoolean", {{"input", "force_law.contact"}}, {{"fallback", false}});
-    add_linked(fragment, "touched", "SetResetLatch", {{"set", "contact_known.value"}}, {{"reset", false}});
-    add_follow(fragment);
-    add_push(fragment);
+    add_touched(fragment);
+    add_follow(fragment, actuator);
+    add_push(fragment, speed_on(actuator, parameters_.clock.speed));
   }
 
   /// How far the tool was sent along the direction: springs that meet something which the sensor does not feel are not
@@ -86,7 +84,7 @@ class Press final : public VelocityModel {
   }
 
   /// Twist of the tool towards where it should be, the path or where it began, as "follow_parts".
-  void add_follow(FragmentWriter& fragment) const {
+  void add_follow(FragmentWriter& fragment, const ActuatorModel& actuator) const {
     add_linked(fragment, "off", "FrameDifference", {{"from", "sent.frame"}});
     add_linked(fragment, "back", "ScaleTwist", {{"twist", "off.value"}}, {{"factor", kHoldGain}});
     fragment.add("follow_parts", "TwistComponents");
@@ -94,7 +92,7 @@ class Press final : public VelocityModel {
       fragment.link(add_place(fragment), "off.to");
       return fragment.link("back.value", "follow_parts.input");
     }
-    add_clock(fragment, *parameters_.path, parameters_.clock, "touched.value");
+    add_clock(fragment, actuator, *parameters_.path, parameters_.clock, "touched.value");
     const SetPoint path = add_path(fragment, "path", parameters_.path->path, Eigen::Isometry3d::Identity());
     if (leads()) {
       add_lead(fragment, path);
@@ -142,24 +140,15 @@ class Press final : public VelocityModel {
   }
 
   /// Along the direction as the force wants, across it after where the tool should be.
-  void add_push(FragmentWriter& fragment) const {
+  void add_push(FragmentWriter& fragment, const std::optional<RealSensor>& speed) const {
     add_linked(fragment, "split", "SplitVector", {{"input", "follow_parts.linear"}},
                {{"direction", vector_json(direction_B_)}});
     add_linked(fragment, "push", "ScaleVector", {{"factor", "force_law.velocity"}},
                {{"vector", vector_json(direction_B_)}});
     add_linked(fragment, "linear", "AddVectors", {{"a", "split.across"}, {"b", "push.value"}});
-    const std::string twist = parameters_.clock.speed ? "moves" : "wanted";
+    const std::string twist = speed ? "moves" : "wanted";
     add_linked(fragment, twist, "AssembleTwist", {{"linear", "linear.value"}, {"angular", "follow_parts.angular"}});
-    if (parameters_.clock.speed) add_stand(fragment);
-  }
-
-  /// While the clock is stopped there is no approach; a force that has been brought up is held.
-  void add_stand(FragmentWriter& fragment) const {
-    fragment.add("speed_known", "DefaultToReal", {{"fallback", 0.0}});
-    fragment.feed(parameters_.clock.speed->node(), "speed_known.input");
-    add_linked(fragment, "goes_on", "GreaterThan", {{"a", "speed_known.value"}}, {{"b", 0.0}});
-    add_linked(fragment, "may_move", "Or", {{"a", "goes_on.value"}, {"b", "touched.value"}});
-    add_linked(fragment, "wanted", "GateTwist", {{"input", "moves.value"}, {"open", "may_move.value"}});
+    if (speed) add_stand(fragment, *speed);
   }
 
   static std::string add_at_force(FragmentWriter& fragment) {

@@ -84,4 +84,22 @@ void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, cons
   fragment.feed(pressing, "force_law.force");
 }
 
+void add_touched(FragmentWriter& fragment) {
+  // A silent sensor has not felt anything.
+  add_linked(fragment, "contact_known", "DefaultToBoolean", {{"input", "force_law.contact"}}, {{"fallback", false}});
+  add_linked(fragment, "touched", "SetResetLatch", {{"set", "contact_known.value"}}, {{"reset", false}});
+}
+
+void add_moves_on(FragmentWriter& fragment, const RealSensor& speed) {
+  fragment.add("speed_known", "DefaultToReal", {{"fallback", 0.0}});
+  fragment.feed(speed.node(), "speed_known.input");
+  add_linked(fragment, "goes_on", "GreaterThan", {{"a", "speed_known.value"}}, {{"b", 0.0}});
+}
+
+void add_stand(FragmentWriter& fragment, const RealSensor& speed) {
+  add_moves_on(fragment, speed);
+  add_linked(fragment, "may_move", "Or", {{"a", "goes_on.value"}, {"b", "touched.value"}});
+  add_linked(fragment, "wanted", "GateTwist", {{"input", "moves.value"}, {"open", "may_move.value"}});
+}
+
 }  // namespace takt::command

@@ -37,4 +37,12 @@ class VelocityModel : public ActionModel {
 void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
                    const ForceControlParameters& parameters);
 
+/// Adds "contact_known" and "touched": the force law has felt contact, now and at any time.
+void add_touched(FragmentWriter& fragment);
+/// Adds "goes_on": people do not hold the actuator still; not known counts as held. @param speed  of the actuator
+void add_moves_on(FragmentWriter& fragment, const RealSensor& speed);
+/// Adds "wanted" from "moves": while the actuator is held still there is no approach; a force that has been brought up
+/// is held.
+void add_stand(FragmentWriter& fragment, const RealSensor& speed);
+
 }  // namespace takt::command

@@ -229,10 +229,27 @@ TEST_F(ActivityRunTest, N3_AGuardedMotionTellsContactNoContactAndADeadSensorApar
   EXPECT_EQ(name_of(kSensorSilent), "sensor silent");
 }
 
+/// As a step of a file: what was not found, and what could not be felt, is no good end.
+TEST_F(ActivityRunTest, N3_AGuardedMotionWithoutATouchFailsAsInAFile) {
+  MotionParameters guarded{.linear_velocity = 0.05, .until = cell.hard()};
+  EXPECT_THAT(error_of([&] {
+                cell.motion.lin_by({0, 0, -0.02}, guarded).execute();
+              }),
+              Reports(Code::kConditionNotMet, "/arm LIN/until"));
+  const RunPtr silent = cell.motion.lin_by({0, 0, -0.02}, guarded).begin_execute();
+  cell.sensor->silent = true;
+  cell.program.run_until([&] { return silent->over(); });
+  cell.sensor->silent = false;
+  EXPECT_EQ(silent->failure(), RunFailure::kAborted);
+  EXPECT_THAT(silent->diagnostics(), Reports(Code::kSensorSilent, "/arm LIN/until"));
+  EXPECT_TRUE(cell.core_arm().at_rest());
+  guarded.must_touch = false;
+  EXPECT_EQ(cell.motion.lin_by({0, 0, 0.02}, guarded).execute()->state(), RunState::kCompleted);
+}
+
 TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   const auto before = cell.q();
-  EXPECT_THAT(error_of([&] { cell.motion.lin(by(3.0, 0, 0)).execute(); }),
-              Reports(Code::kUnreachable, "/arm LIN/0/goal"));
+  EXPECT_THAT(error_of([&] { cell.motion.lin(by(3.0, 0, 0)).execute(); }), Reports(Code::kUnreachable, "/arm LIN/to"));
   EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.blend = 0.2}).execute(); }),
               Reports(Code::kOutOfRange, "/arm LIN/blend", {"0.5"}));
   EXPECT_EQ(cell.q(), before);
@@ -300,7 +317,7 @@ TEST_F(ActivityRunTest, D1_CoroutinesAwaitActivitiesAndARunRepeatsToTheBit) {
                 Task failing = [](test::ActivityCell& own) -> Task { co_await own.motion.lin_by({9, 0, 0}); }(cell);
                 cell.program.run(std::move(failing));
               }),
-              Reports(Code::kUnreachable, "/arm LIN/0/goal"));
+              Reports(Code::kUnreachable, "/arm LIN/to"));
 }
 
 TEST_F(ActivityRunTest, ASequenceBlendsItsMotionsAndMayBeLeftItself) {

@@ -65,7 +65,12 @@ std::vector<BrokenActivity> names() {
        Code::kUnknownName,
        {"blok", "block"}},
       {"a motion of no arm",
-       [](auto& cell) { Activity(cell.program, activity::motion_activity("LIN", "amr", {}, {})).execute(); },
+       [](auto& cell) {
+         MotionTask task;
+         task.kind = PathKind::kLin;
+         task.arm = "amr";
+         planned_motion(cell.program, task).execute();
+       },
        "/amr LIN/arm",
        Code::kUnknownName,
        {"amr", "arm"}},
@@ -107,7 +112,7 @@ std::vector<BrokenActivity> names() {
 
 std::vector<BrokenActivity> motions() {
   return {
-      {"a goal out of reach", [](auto& cell) { cell.motion.lin(cell.moved(3, 0, 0)).execute(); }, "/arm LIN/0/goal",
+      {"a goal out of reach", [](auto& cell) { cell.motion.lin(cell.moved(3, 0, 0)).execute(); }, "/arm LIN/to",
        Code::kUnreachable},
       {"a share above all",
        [](auto& cell) { up(cell, {.velocity = 1.5}).execute(); },

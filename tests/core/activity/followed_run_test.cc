@@ -98,13 +98,13 @@ TEST_F(FollowedTest, AbortIfOfAMotionHoldsThroughItsBlend) {
   const auto button = command::digital_input(cell.cell, "button");
   const RunPtr first =
       cell.motion.lin(goal, {.linear_velocity = 0.1, .blend = 0.7, .abort_if = button}).begin_execute();
-  const RunPtr second = cell.motion.lin(goal2, {.linear_velocity = 0.1}).begin_execute();
-  ASSERT_TRUE(second->blended());
+  const RunPtr second = cell.motion.lin(goal2, {.linear_velocity = 0.1}).schedule();
+  cell.program.run_until([&] { return second->blended(); });
   cell.button->sample.value = true;
-  cell.program.run_until([&] { return second->over(); });
-  EXPECT_EQ(first->state(), RunState::kCompleted);
+  cell.program.run_until([&] { return first->over() && second->over(); });
+  EXPECT_EQ(first->failure(), RunFailure::kStopped) << "who carried out its rest has failed";
   EXPECT_EQ(second->failure(), RunFailure::kAborted);
-  EXPECT_EQ(second->diagnostics().list().front().pointer, "/arm LIN/abort_if");
+  EXPECT_EQ(second->diagnostics().list().front().pointer, "/arm LIN") << "it was not its own";
   EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
 

@@ -408,6 +408,8 @@ const std::vector<takt::test::Excuse> kElsewhere = {
      "a full queue of requests: nothing reads the queue then; a test of ActivityRunTest fills it"},
     {"activity/activity_run.cc", Code::kSensorSilent, "of abort_if: followed_run_test.cc has the case"},
     {"activity/activity_run.cc", Code::kAbortCondition, "followed_run_test.cc has the case"},
+    {"activity/composition.cc", Code::kConditionNotMet, "of a part without words of its own: all parts have some"},
+    {"activity/command_activity.cc", Code::kConditionNotMet, "CompositionVerdict.ACommandFailsByAStateOfItsOwn"},
     {"operations/operation.cc", Code::kMissing, "of a plug-in: Operations.ARegistrationIsChecked"},
     {"operations/operation.cc", Code::kDuplicate, "of a plug-in: Operations.ARegistrationIsChecked"},
     {"operations/actuator_interfaces.cc", Code::kNotKnownYet,

@@ -32,7 +32,6 @@ class ForceOffsetTest : public testing::Test {
     wish.force.gain = 1e-3;
     wish.force.acceleration_max = 0.3;
     PlanParameters motion{.acceleration = acceleration, .linear_velocity = 0.03};
-    motion.clock = override_of(cell.cell);
     RuntimeCommand command("polish", cell.arm_actuator(),
                            force_offset(lin(cell.moved(0, 0.12, 0), motion), pressing(wish.direction_M), wish));
     command.observe("force", pressing(wish.direction_M));
@@ -48,7 +47,6 @@ class ForceOffsetTest : public testing::Test {
     wish.force = {.force = 8.0, .approach_velocity = 0.01, .gain = 1e-3, .acceleration_max = 0.3};
     const auto line = [this, &corner](const Eigen::Vector3d& way, double blend) {
       PlanParameters motion{.acceleration = 0.8, .linear_velocity = corner.speed};
-      motion.clock = override_of(cell.cell);
       const auto leg = [this, way](const device::JointVector& q) {
         const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"));
         Eigen::Isometry3d X_goal = model.chain.forward(q) * model.X_FM;

@@ -31,7 +31,6 @@ class WeaveTest : public testing::Test {
       return motion::lin_leg(model, q, X_BT);
     };
     PlanParameters wish{.acceleration = kShareWithOverlay, .linear_velocity = velocity};
-    wish.clock = override_of(cell.cell);
     return {.geometry = leg,
             .parameters = wish,
             .blend = {blend_m > 0 ? Blend::Kind::kDistance : Blend::Kind::kNone, blend_m}};
@@ -43,7 +42,6 @@ class WeaveTest : public testing::Test {
       return motion::ptp_leg(planning_model(cell.cell.arms.at("arm")), q, goal);
     };
     PlanParameters wish{.velocity = 0.3};
-    wish.clock = override_of(cell.cell);
     const auto kind = blend_fraction > 0 ? Blend::Kind::kFraction : Blend::Kind::kNone;
     return {.geometry = leg, .parameters = wish, .blend = {kind, blend_fraction}};
   }
@@ -213,7 +211,6 @@ class WildWeaves : public WeaveTest, public testing::WithParamInterface<int> {
       SequencePart part = geometry(random);
       part.parameters = {.acceleration = random.unit() < 0.3 ? 1.0 : kShareWithOverlay,
                          .linear_velocity = std::exp(random.uniform(std::log(0.03), std::log(1.5)))};
-      part.parameters.clock = override_of(cell.cell);
       if (i + 1 < motions) part.blend = {Blend::Kind::kFraction, random.uniform(0.1, 0.5)};
       const bool as_before = i > 0 && random.unit() < 0.4;
       wild.wishes.push_back(as_before ? wild.wishes.back() : weave(random));

@@ -41,7 +41,7 @@ TEST_F(InterfacesTest, OneJointMovesAndTheOthersStand) {
   EXPECT_LT((cell.robot.q() - expected).norm(), 1e-9);
   EXPECT_THAT(error_of([&] { (void)joint.move_to(7, 0.0); }), Reports(Code::kOutOfRange, "/arm", {"7", "0", "6"}));
   EXPECT_THAT(error_of([&] { joint.move_to(3, 9.0).execute(); }),
-              Reports(Code::kOutOfRange, "/arm joint/0/goal/3", {"515.662", "-120", "120"}));
+              Reports(Code::kOutOfRange, "/arm PTP/to", {"515.662", "-120", "120"}));
 }
 
 TEST_F(InterfacesTest, WhatIsMeasuredIsToldBesideTheSetPoint) {
@@ -103,6 +103,43 @@ TEST_F(InterfacesTest, SeveralActuatorsAreOneDevice) {
                 (void)ComposedDevice("twice", {cell.robot, cell.robot});
               }),
               Reports(Code::kDuplicate, "/twice", {"twice"}));
+}
+
+/// What only a robot with its torch can do.
+class WeldingInterface : public DeviceInterface {
+ public:
+  static constexpr std::string_view kName = "WeldingInterface";
+  static bool offered_by(const ComposedDevice& device) { return device.has_part("robot") && device.has_part("torch"); }
+  using DeviceInterface::DeviceInterface;
+
+  [[nodiscard]] Activity weld(const Eigen::Vector3d& seam) const {
+    const auto torch = part("torch").use<OutputInterface>();
+    return sequence({torch.set(true), part("robot").use<LinInterface>().lin_by(seam), torch.set(false)});
+  }
+};
+
+TEST_F(InterfacesTest, AComposedDeviceHasInterfacesOfTheProgramsOwnWithItsPartsByRole) {
+  const Actuator lamp(cell.program, "lamp");
+  const ComposedDevice welder("welder", {{"robot", cell.robot}, {"torch", lamp}});
+  ASSERT_TRUE(welder.offers<WeldingInterface>());
+  const Eigen::Vector3d before = cell.robot.tool().translation();
+  const RunPtr run = welder.use<WeldingInterface>().weld({0.0, 0.02, 0.0}).begin_execute();
+  for (int i = 0; i < 20; ++i) cell.program.step();
+  EXPECT_TRUE(cell.cell.digital_outputs.at("lamp")->value());
+  wait(cell.program, run);
+  EXPECT_FALSE(cell.cell.digital_outputs.at("lamp")->value());
+  EXPECT_NEAR(cell.robot.tool().translation().y(), before.y() + 0.02, 1e-6);
+  EXPECT_EQ(welder.part("torch").name(), "lamp");
+  EXPECT_EQ(welder.part("lamp").name(), "lamp");
+
+  const ComposedDevice other("other", {cell.robot, lamp});
+  EXPECT_FALSE(other.offers<WeldingInterface>());
+  EXPECT_THAT(error_of([&] { (void)other.use<WeldingInterface>(); }),
+              Reports(Code::kUnsupported, "/other", {"WeldingInterface", "arm", "lamp"}));
+  EXPECT_THAT(error_of([&] {
+                (void)ComposedDevice("twice", {{"robot", cell.robot}, {"robot", lamp}});
+              }),
+              Reports(Code::kDuplicate, "/twice", {"robot"}));
 }
 
 }  // namespace

@@ -83,6 +83,22 @@ TEST_F(TransactionTest, AnInputEndsItInTheSameCycle) {
   EXPECT_EQ(variables.monitors["screw in"]["tight"], "1");
 }
 
+TEST_F(TransactionTest, P2_AHandlerHearsThatACommandIsPaused) {
+  const Program program = good(lamp_after(R"({"entered": {"paused": "move"}, "start": "lamp"})"));
+  int lit = -1;
+  EXPECT_EQ(run(program,
+                [&](int cycle, ProgramRunner&) {
+                  if (cycle == 200) (void)cell.speed->write(0.0);
+                  if (lit < 0 && cell.cell.digital_outputs.at("lamp")->value()) lit = cycle;
+                  if (cycle == 700) (void)cell.speed->write(1.0);
+                }),
+            Progress::kDone)
+      << diagnostics.to_string();
+  EXPECT_GT(lit, 200);
+  EXPECT_LT(lit, 205) << "in the cycle in which it is paused, while the arm still brakes";
+  expect_good_end();
+}
+
 TEST_F(TransactionTest, L6_ACancelAtAnyTimeEndsInOrderAndAPauseGoesOn) {
   const Program program = good(kScrew);
   ASSERT_EQ(run(program), Progress::kDone);
@@ -227,6 +243,20 @@ TEST_F(TransactionTest, WhatAStepWouldFailOfFailsTheTransactionAtItsPlace) {
             Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/down/until"));
   EXPECT_THAT(diagnostics, Reports(Code::kTimeout, "/program/commands/w/until", {"0.1"}));
+  expect_good_end();
+}
+
+TEST_F(TransactionTest, WhatFailsStartsNothingThatWaitsForItsCompletion) {
+  EXPECT_EQ(run(R"({"do": "transaction", "name": "t", "commands": {
+      "down": {"do": "lin", "start": true, "to": {"by_m": [0, 0, -0.01]}, "until": {"sensor": "wrist", "above_N": 5e3}},
+      "screw": {"do": "set", "output": "driver", "value": true},
+      "alarm": {"do": "set", "output": "lamp", "value": true}},
+    "on": [{"entered": {"completed": "down"}, "start": "screw"},
+           {"entered": {"failed": "down"}, "start": "alarm"}]})"),
+            Progress::kFailed);
+  EXPECT_FALSE(driver()) << "there is nothing to screw";
+  EXPECT_TRUE(lamp());
+  EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/down/until"));
   expect_good_end();
 }
 
