@@ -144,7 +144,7 @@ const ActivityRun::Clock* ActivityRun::clock_of(const command::SubjectPtr& comma
 }
 
 bool ActivityRun::is_before(const HandOver& hand_over) const {
-  if (first_cycle() < 0) return true;
+  if (first_cycle() < 0 || core_.cycle() <= first_cycle()) return true;  // not evaluated yet
   const Clock* clock = clock_of(hand_over.command);
   return clock != nullptr && clock->runs() && clock->time->value < hand_over.time;
 }

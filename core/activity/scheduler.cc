@@ -148,13 +148,14 @@ void Scheduler::follow_running(ActivityRun& run) {
 
 void Scheduler::follow_carried(ActivityRun& run) {
   ActivityRun& by = *run.carrier_;
+  const bool is_cancelled = by.state_ == RunState::kCancelled || run.wants_cancel_;
+  if (by.over() && by.state_ != RunState::kCompleted && is_cancelled) return end(run, RunEvent::kCancelled);
   if (by.state_ == RunState::kFailed)
     return fail(run, RunFailure::kStopped,
                 single_diagnostic(Code::kStopped,
                                   fmt::format("'{}' was stopped on its path: '{}', which went on with it, failed",
                                               run.name(), by.name()),
                                   kAgain));
-  if (by.state_ == RunState::kCancelled) return end(run, RunEvent::kCancelled);
   if (!by.carries(run)) return end(run, RunEvent::kEnded);
   if (!run.wants_cancel_ || by.wants_cancel_) return;
   by.cancelled_with_ = run.name();

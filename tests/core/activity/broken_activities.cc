@@ -301,6 +301,18 @@ std::vector<BrokenActivity> programs() {
        Code::kStopped,
        {"arm LIN"},
        true},
+      {"a motion whose rest another one carries out and fails with",
+       [](auto& cell) {
+         const auto first = up(cell, blended(0.7)).schedule();
+         const auto second = up(cell).schedule();
+         cell.program.run_until([&] { return second->blended(); });
+         second->abort();
+         wait(cell.program, first);
+       },
+       "/arm LIN",
+       Code::kStopped,
+       {"arm LIN"},
+       true},
       {"a motion of an arm that fails on its way",
        [](auto& cell) {
          const auto run = up(cell).begin_execute();

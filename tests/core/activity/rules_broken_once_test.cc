@@ -416,7 +416,6 @@ const std::vector<takt::test::Excuse> kElsewhere = {
      "only before the first cycle, in which no program has begun"},
     {"operations/motion_plan.cc", Code::kConflict, "an arm of fewer than three joints: no model has so few"},
     {"operations/compliance.cc", Code::kConflict, "all models with such springs have as many joints"},
-    {"operations/requested_motion.cc", Code::kUnknownPosition, "steps wait for the end of what moved their arm before"},
     {"language/expression.cc", Code::kTooLarge, "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
     {"language/expression_functions.cc", {}, "grows in a loop: ExpressionTest.WhatGrowsInALoopIsBounded"},
     {"base/object_reader.cc", Code::kUnknownKey, "so many keys: ObjectReader.UnknownKeysAreCountedBeyondABound"},

@@ -131,7 +131,7 @@ TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
   for (const char* name : {"left", "right"})
     Actuator(program, name).use<ControlModeInterface>().switch_to("cartesian_impedance").execute();
   EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(6000)})),
-              Reports(Code::kOutOfRange, "/left+right LIN/compliance/stiffness/0", {"right", "6000"}));
+              Reports(Code::kOutOfRange, "/left+right LIN/compliance/stiffness_N_m/0", {"right", "6000"}));
   command::CartesianCompliance pushes = springs(700);
   pushes.wrench.emplace(net::Wrench{.force = {0, 0, 5}, .torque = {}});
   EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = pushes})),
