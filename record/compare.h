@@ -110,6 +110,10 @@ struct ColumnComparison {
   /// The greatest difference at equal times, without any freedom: for people.
   double max_difference = 0.0;
   Nanoseconds time = 0;  ///< of max_deviation
+  /// The first time outside; nothing: it is inside, or judged by features, which have no time.
+  std::optional<Nanoseconds> first_outside = {};
+  double first_a = std::numeric_limits<double>::quiet_NaN();
+  double first_b = std::numeric_limits<double>::quiet_NaN();  ///< the values there
   double a = std::numeric_limits<double>::quiet_NaN();
   double b = std::numeric_limits<double>::quiet_NaN();  ///< the values there
   std::uint64_t samples_outside = 0;
@@ -124,6 +128,35 @@ struct StepMark {
   std::string name;
 };
 
+/// How much of a recording a comparison judged.
+struct JudgedShare {
+  std::size_t channels = 0, channels_in_file = 0;  ///< with messages
+  std::uint64_t messages = 0, messages_in_file = 0;
+};
+
+/// Where a run first leaves its reference.
+struct Departure {
+  Nanoseconds time = 0;
+  std::string step = {};  ///< path of the step that runs then; empty: none does, or the run has no steps
+  std::string topic, column, unit;
+  double a = std::numeric_limits<double>::quiet_NaN();
+  double b = std::numeric_limits<double>::quiet_NaN();
+  std::string note = {};  ///< of events, in words
+};
+
+/// How long a step took in both runs; a step that only one of them has lacks the other's duration.
+struct StepDuration {
+  std::string step;       ///< its path, with "#2" for the second time that it runs
+  Nanoseconds begin = 0;  ///< in A, or where only B has it in B
+  std::optional<Nanoseconds> a = {}, b = {};
+  bool same = true;  ///< within the window of events
+};
+
+/// A value that the scenarios of two recordings do not share. Empty: it is not there.
+struct ScenarioDifference {
+  std::string pointer, a, b;
+};
+
 /// Two runs side by side. A is the run under test, B the reference (the second recording, or a golden).
 struct Comparison {
   std::string name_a, name_b;
@@ -134,10 +167,15 @@ struct Comparison {
   std::uint64_t cycles_a = 0, cycles_b = 0;
   Nanoseconds end_a = 0, end_b = 0;
   std::vector<ColumnComparison> columns;  ///< in the order of the recordings
-  std::vector<std::string> missing;       ///< what only one side has, in words; fails the comparison
-  std::vector<std::string> notes;         ///< differing fingerprints, truncation: reported, not judged
-  std::vector<StepMark> steps;            ///< of A, for the report
-  std::string film_a, film_b;             ///< MP4 files as they are, for the report; empty: none
+  std::vector<std::string> missing;       ///< what only one side has, or cannot be read; fails the comparison
+  JudgedShare judged_a, judged_b;         ///< of a golden: its columns, and its points
+  std::vector<std::string> not_judged;    ///< topics with messages that say nothing to the verdict
+  std::optional<Departure> departure;     ///< if a column with a time is outside
+  std::vector<StepDuration> durations;    ///< of the steps of the program, in the order of A
+  std::vector<ScenarioDifference> scenario_differences;  ///< a hundred at most
+  std::vector<std::string> notes;                        ///< differing fingerprints, truncation: reported, not judged
+  std::vector<StepMark> steps;                           ///< of A, for the report
+  std::string film_a, film_b;                            ///< MP4 files as they are, for the report; empty: none
 };
 
 /// Compares two recordings. Diagnostics: an unreadable file. Realtime: setup.
