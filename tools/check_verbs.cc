@@ -207,11 +207,9 @@ void interrupt(const InterruptionArguments& arguments, const Common& common, Ver
 /// When it failed: where it left its golden first, else at its end.
 FailureMoment moment_of(const Verified& verified) {
   FailureMoment moment{.time = verified.run.sim_time, .at_end = true};
-  if (!verified.golden) return moment;
-  for (const record::ColumnComparison& column : verified.golden->columns) {
-    if (column.passed || to_seconds(column.time) >= moment.time) continue;
-    moment = {.time = to_seconds(column.time), .at_end = false};
-  }
+  if (!verified.golden || !verified.golden->departure) return moment;
+  const double left = to_seconds(verified.golden->departure->time);
+  if (left < moment.time) moment = {.time = left, .at_end = false};
   return moment;
 }
 
@@ -267,6 +265,22 @@ Json describe(const Verified& verified) {
   return json;
 }
 
+/// The verdict of all that was judged comes first: a run that leaves its golden has not passed, whatever its
+/// expectations say.
+std::string text_of(const Verified& verified) {
+  const std::string file = verified.file.string();
+  const bool left = verified.golden && !verified.golden->passed;
+  std::string text = to_text(verified.run, file);
+  if (left) {
+    const std::size_t first_line = text.find('\n') + 1;
+    text = fmt::format("{}: failed: the run differs from its golden\n{}", file, record::to_text(*verified.golden)) +
+           text.substr(first_line);
+  } else if (verified.golden) {
+    text += record::to_text(*verified.golden);
+  }
+  return text;
+}
+
 std::string errors_of(const Diagnostics& diagnostics) {
   std::string text;
   for (const Diagnostic& diagnostic : diagnostics.list())
@@ -308,8 +322,7 @@ int verify(const VerifyArguments& arguments, const Common& common) {
     suites.push_back(suite_of(verified));
     fmt::print(stderr, "{}{}", to_located_text(verified.run.diagnostics), to_located_text(verified.diagnostics));
     if (common.json) continue;
-    fmt::print("{}", to_text(verified.run, verified.file.string()));
-    if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));
+    fmt::print("{}", text_of(verified));
     if (verified.tries) fmt::print("{}", to_text(*verified.tries));
     if (!verified.film.empty()) fmt::print("  film {}\n", verified.film);
     if (verified.status == kInterrupted) break;
