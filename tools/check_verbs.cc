@@ -265,20 +265,23 @@ Json describe(const Verified& verified) {
   return json;
 }
 
-/// The verdict of all that was judged comes first: a run that leaves its golden has not passed, whatever its
-/// expectations say.
+/// Why a run whose expectations hold is no success all the same.
+std::string failure_of(const Verified& verified) {
+  if (verified.golden && !verified.golden->passed) return "failed: the run differs from its golden";
+  if (verified.tries && !verified.tries->held()) return "failed: an interruption leaves something behind";
+  return "error: the golden cannot be compared";
+}
+
+/// The verdict of all that was judged comes first: what follows "passed" takes nothing back.
 std::string text_of(const Verified& verified) {
   const std::string file = verified.file.string();
-  const bool left = verified.golden && !verified.golden->passed;
   std::string text = to_text(verified.run, file);
-  if (left) {
-    const std::size_t first_line = text.find('\n') + 1;
-    text = fmt::format("{}: failed: the run differs from its golden\n{}", file, record::to_text(*verified.golden)) +
-           text.substr(first_line);
-  } else if (verified.golden) {
-    text += record::to_text(*verified.golden);
-  }
-  return text;
+  const std::string golden = verified.golden ? record::to_text(*verified.golden) : std::string();
+  const bool took_back = verified.run.verdict == scenario::Verdict::kPassed && verified.status != kHeld;
+  if (!took_back) return text + golden;
+  const std::string rest = text.substr(text.find('\n') + 1);
+  const bool left = verified.golden && !verified.golden->passed;
+  return fmt::format("{}: {}\n{}", file, failure_of(verified), left ? golden + rest : rest + golden);
 }
 
 std::string errors_of(const Diagnostics& diagnostics) {
@@ -294,15 +297,41 @@ JunitSuite suite_of(const Verified& verified) {
   JunitSuite suite{.name = verified.file.string(), .seconds = seconds, .cases = {}};
   Diagnostics wrong = verified.run.diagnostics;
   wrong.append(verified.diagnostics);
-  suite.cases.push_back({.name = "run", .error = errors_of(wrong), .seconds = seconds});
+  const bool interrupted = verified.status == kInterrupted;
+  suite.cases.push_back({.name = "run", .error = interrupted ? "interrupted" : errors_of(wrong), .seconds = seconds});
   for (const auto& one : verified.run.expectations)
-    suite.cases.push_back({.name = one.name, .failure = one.passed ? "" : one.measured, .output = one.measured});
+    suite.cases.push_back({.name = one.name,
+                           .failure = one.passed || !one.judged || interrupted ? "" : one.measured,
+                           .skipped = interrupted || !one.judged ? "not judged" : "",
+                           .output = one.measured});
   if (verified.golden)
     suite.cases.push_back(
         {.name = "golden", .failure = verified.golden->passed ? "" : record::to_text(*verified.golden)});
   if (verified.tries)
     suite.cases.push_back({.name = "interruptions", .failure = verified.tries->held() ? "" : to_text(*verified.tries)});
   return suite;
+}
+
+/// Of a scenario that did not get its turn, as somebody has interrupted the ones before.
+JunitSuite suite_not_run(const std::filesystem::path& file) {
+  return {.name = file.string(), .cases = {{.name = "run", .skipped = "interrupted before it was run"}}};
+}
+
+/// How many ended how; of a single one its own line says it.
+std::string sum_of(const std::vector<int>& statuses, std::size_t files) {
+  if (files < 2) return {};
+  const auto count = [&](int status) { return std::ranges::count(statuses, status); };
+  std::string text = fmt::format("{} of {} scenarios passed", count(kHeld), files);
+  const std::pair<int, const char*> rows[] = {
+      {kNotHeld, "failed"}, {kBadInput, "refused"}, {kFault, "ended by an error"}, {kInterrupted, "interrupted"}};
+  for (const auto& [status, what] : rows)
+    if (count(status) > 0) text += fmt::format(", {} {}", count(status), what);
+  if (files > statuses.size()) text += fmt::format(", {} not run", files - statuses.size());
+  return text + "\n";
+}
+
+std::string result_of(int status) {
+  return status == kHeld ? "passed" : status == kInterrupted ? "interrupted" : "failed";
 }
 
 int verify(const VerifyArguments& arguments, const Common& common) {
@@ -315,9 +344,15 @@ int verify(const VerifyArguments& arguments, const Common& common) {
   int status = kHeld;
   Json results = Json::array();
   std::vector<JunitSuite> suites;
+  std::vector<int> statuses;
   for (const auto& file : files) {
+    if (status == kInterrupted) {
+      suites.push_back(suite_not_run(file));
+      continue;
+    }
     const Verified verified = verify_guarded(file, arguments, common);
     status = std::max(status, verified.status);
+    statuses.push_back(verified.status);
     results.push_back(describe(verified));
     suites.push_back(suite_of(verified));
     fmt::print(stderr, "{}{}", to_located_text(verified.run.diagnostics), to_located_text(verified.diagnostics));
@@ -325,14 +360,14 @@ int verify(const VerifyArguments& arguments, const Common& common) {
     fmt::print("{}", text_of(verified));
     if (verified.tries) fmt::print("{}", to_text(*verified.tries));
     if (!verified.film.empty()) fmt::print("  film {}\n", verified.film);
-    if (verified.status == kInterrupted) break;
   }
+  if (!common.json) fmt::print("{}", sum_of(statuses, files.size()));
   if (!arguments.junit.empty()) {
     diagnostics = write_file(arguments.junit, junit_xml(suites), "--junit");
     fmt::print(stderr, "{}", to_located_text(diagnostics));
     if (diagnostics.has_errors()) status = std::max<int>(status, kFault);
   }
-  if (common.json) print({{"result", status == kHeld ? "passed" : "failed"}, {"scenarios", std::move(results)}});
+  if (common.json) print({{"result", result_of(status)}, {"scenarios", std::move(results)}});
   return status;
 }
 
