@@ -8,8 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "record/compare.h"
+#include "record/comparison.h"
 #include "record/curves.h"
+#include "record/recording.h"
 
 namespace takt::record {
 

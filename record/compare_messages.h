@@ -2,7 +2,8 @@
 
 #include <string>
 
-#include "record/compare.h"
+#include "record/comparison.h"
+#include "record/recording.h"
 
 namespace takt::record {
 

@@ -3,7 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "record/compare.h"
+#include "record/comparison.h"
+#include "record/recording.h"
 
 namespace takt::record {
 

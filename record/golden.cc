@@ -10,6 +10,7 @@
 
 #include "core/base/json.h"
 #include "core/base/output_file.h"
+#include "record/compare.h"
 #include "record/compare_columns.h"
 #include "record/golden_curves.h"
 #include "record/golden_digest.h"

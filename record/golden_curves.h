@@ -1,11 +1,13 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "record/golden.h"
+#include "record/golden_data.h"
+#include "record/recording.h"
 
 namespace takt::record {
 

@@ -120,6 +120,9 @@ Json to_json(const Golden& golden) {
   return json;
 }
 
+/// A whole number from 0 on.
+bool is_count(const Json& json) { return json.is_number_integer() && json.get<double>() >= 0.0; }
+
 /// Reads members with a type; every miss is a diagnostic at its pointer.
 class MemberReader {
  public:
@@ -162,7 +165,7 @@ class MemberReader {
   std::size_t count(const Json& json, const std::string& at, const char* key, std::size_t otherwise) {
     if (!json.is_object() || !json.contains(key)) return otherwise;
     const Json& member = json.at(key);
-    if (member.is_number_unsigned()) return member.get<std::size_t>();
+    if (is_count(member)) return member.get<std::size_t>();
     wrong(at, key, "a whole number");
     return otherwise;
   }
@@ -243,7 +246,7 @@ GoldenCurve read_curve(MemberReader& read, const Json& json, const std::string& 
   curve.delay = read.count(json, at, "delay", 0);
   if (json.contains("hold")) {
     const Json* hold = read.list_of(json, at, "hold", 2);
-    const bool whole = hold != nullptr && hold->at(0).is_number_unsigned() && hold->at(1).is_number_unsigned();
+    const bool whole = hold != nullptr && is_count(hold->at(0)) && is_count(hold->at(1));
     if (whole) {
       curve.hold_every = std::max<std::size_t>(1, hold->at(0).get<std::size_t>());
       curve.hold_from = hold->at(1).get<std::size_t>();

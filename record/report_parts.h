@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "record/compare.h"
+#include "record/comparison.h"
 
 namespace takt::record {
 

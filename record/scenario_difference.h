@@ -5,7 +5,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "record/compare.h"
+#include "record/comparison.h"
+#include "record/recording.h"
 
 namespace takt::record {
 

@@ -56,12 +56,14 @@ std::string definitions(const Form& form) {
     mcap::put_text(bytes, form.encoding);
     mcap::put_text(bytes, "");
   }
-  const RecordScope record(bytes, Op::kChannel);
-  put(bytes, std::uint16_t{1});
-  put(bytes, std::uint16_t{1});
-  mcap::put_text(bytes, "/log");
-  mcap::put_text(bytes, form.encoding);
-  mcap::put_map(bytes, {});
+  {
+    const RecordScope record(bytes, Op::kChannel);
+    put(bytes, std::uint16_t{1});
+    put(bytes, std::uint16_t{1});
+    mcap::put_text(bytes, "/log");
+    mcap::put_text(bytes, form.encoding);
+    mcap::put_map(bytes, {});
+  }
   return bytes;
 }
 
@@ -74,26 +76,30 @@ std::string message(const Form& form, int k, const std::string& text) {
     data = log.SerializeAsString();
   }
   std::string bytes;
-  const RecordScope record(bytes, Op::kMessage);
-  put(bytes, std::uint16_t{1});
-  put(bytes, std::uint32_t{0});
-  put(bytes, static_cast<std::uint64_t>(k * kSecond));
-  put(bytes, static_cast<std::uint64_t>(k * kSecond));
-  bytes += data;
+  {
+    const RecordScope record(bytes, Op::kMessage);
+    put(bytes, std::uint16_t{1});
+    put(bytes, std::uint32_t{0});
+    put(bytes, static_cast<std::uint64_t>(k * kSecond));
+    put(bytes, static_cast<std::uint64_t>(k * kSecond));
+    bytes += data;
+  }
   return bytes;
 }
 
 std::string chunk(const Form& form, const std::string& raw) {
   const std::string data = compressed(form.compression, raw);
   std::string bytes;
-  const RecordScope record(bytes, Op::kChunk);
-  put(bytes, std::uint64_t{0});
-  put(bytes, std::uint64_t{0});
-  put(bytes, static_cast<std::uint64_t>(raw.size()));
-  put(bytes, mcap::crc32(0, raw));
-  mcap::put_text(bytes, form.compression);
-  put(bytes, static_cast<std::uint64_t>(data.size()));
-  bytes += data;
+  {
+    const RecordScope record(bytes, Op::kChunk);
+    put(bytes, std::uint64_t{0});
+    put(bytes, std::uint64_t{0});
+    put(bytes, static_cast<std::uint64_t>(raw.size()));
+    put(bytes, mcap::crc32(0, raw));
+    mcap::put_text(bytes, form.compression);
+    put(bytes, static_cast<std::uint64_t>(data.size()));
+    bytes += data;
+  }
   return bytes;
 }
 
