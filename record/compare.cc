@@ -317,6 +317,15 @@ void compare_all_messages(const Recording& a, const Recording& b, const CompareO
   }
 }
 
+/// Durations of steps, where both have steps; else those of A name the steps all the same.
+void add_durations(const Recording& a, const Recording& b, const CompareOptions& options, Comparison& comparison) {
+  const auto steps_a = step_events(a), steps_b = step_events(b);
+  const Tolerance of_events = choose_tolerance(options.rules, kProgramTopic, "events", Tolerance{});
+  const bool both = options.topics.empty() && !steps_b.empty();
+  comparison.durations = compare_durations(steps_a, both ? steps_b : steps_a, comparison.end_a,
+                                           both ? comparison.end_b : comparison.end_a, of_events.dt);
+}
+
 /// Attachments beside the scenario, which is compared by its values.
 void note_attachments(const Recording& a, const Recording& b, Comparison& comparison) {
   constexpr std::size_t kMost = 20;
@@ -365,9 +374,7 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
   note_attachments(a, b, comparison);
   comparison.scenario_differences = scenario_differences(a, b);
 
-  const Tolerance of_events = choose_tolerance(options.rules, kProgramTopic, "events", Tolerance{});
-  comparison.durations =
-      compare_durations(step_events(a), step_events(b), comparison.end_a, comparison.end_b, of_events.dt);
+  add_durations(a, b, options, comparison);
   if (options.topics.empty()) {
     comparison.columns.push_back(
         compare_end(comparison.end_a, comparison.end_b, choose_tolerance(options.rules, "run", "end", Tolerance{})));

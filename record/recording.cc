@@ -1,6 +1,7 @@
 #include "record/recording.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
 
 #include <algorithm>
 #include <set>
@@ -96,6 +97,8 @@ Result<Recording> Recording::open(const std::filesystem::path& path) {
 Result<Recording> Recording::from_bytes(std::string bytes) { return from_source(ByteSource(std::move(bytes))); }
 
 Result<Recording> Recording::from_source(ByteSource source) {
+  // What does not parse is told as damage; protobuf's own words on stderr would come besides.
+  [[maybe_unused]] static const auto silenced = google::protobuf::SetLogHandler(nullptr);
   auto impl = std::make_unique<Impl>(std::move(source));
   Result<mcap::Contents> contents = mcap::scan(impl->source);
   if (!contents) return std::unexpected(std::move(contents.error()));

@@ -198,6 +198,17 @@ TEST(Foreign, AnUnknownCompressionIsNamed) {
   EXPECT_FALSE(std::filesystem::exists(folder / "b.mcap"));
 }
 
+/// A text that is no UTF-8: the message cannot be read, which the comparison says, and nobody else.
+TEST(Foreign, MessagesThatDoNotParseAreToldOnce) {
+  std::string bytes = file_of({.compression = "", .chunked = false}, {"a", "b", "c"});
+  bytes[bytes.rfind('b')] = '\xff';
+  testing::internal::CaptureStderr();
+  const Comparison c = compare(read(bytes), read(bytes));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_FALSE(c.passed);
+  EXPECT_EQ(c.missing.size(), 2u) << "of A and of B";
+}
+
 /// Times that go back are legal in the container, and a copy keeps them.
 TEST(Foreign, ACopyKeepsTimesThatGoBack) {
   const TestFolder folder("foreign");
