@@ -200,7 +200,7 @@ TEST(Foreign, AnUnknownCompressionIsNamed) {
 
 /// A text that is no UTF-8: the message cannot be read, which the comparison says, and nobody else.
 TEST(Foreign, MessagesThatDoNotParseAreToldOnce) {
-  std::string bytes = file_of({.compression = "", .chunked = false}, {"a", "b", "c"});
+  std::string bytes = file_of({.compression = "", .chunked = false, .summary = false}, {"a", "b", "c"});
   bytes[bytes.rfind('b')] = '\xff';
   testing::internal::CaptureStderr();
   const Comparison c = compare(read(bytes), read(bytes));
