@@ -289,14 +289,14 @@ bool fits_steps(std::span<const double> values, double step, bool allow_null) {
 constexpr std::string_view kDigits = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz-_";
 
 /// Five bits a character, the least first; the sixth says that more follow.
-void put(std::string& text, std::uint64_t number) {
+void add_digits(std::string& text, std::uint64_t number) {
   for (; number >= 32; number >>= 5) text += kDigits[32 + (number & 31)];
   text += kDigits[number];
 }
 
 /// Signs go to the least bit, so that small numbers are short whatever their sign.
-void put_signed(std::string& text, std::int64_t number) {
-  put(text, (static_cast<std::uint64_t>(number) << 1) ^ static_cast<std::uint64_t>(number >> 63));
+void add_signed(std::string& text, std::int64_t number) {
+  add_digits(text, (static_cast<std::uint64_t>(number) << 1) ^ static_cast<std::uint64_t>(number >> 63));
 }
 
 class NumberReader {
@@ -385,13 +385,13 @@ std::string to_text(const PieceCurve& curve) {
   std::string text;
   std::int64_t last = 0, start = 0;
   for (const Piece& piece : curve.pieces) {
-    put(text, piece.samples * kHeader + piece.values.size());
+    add_digits(text, piece.samples * kHeader + piece.values.size());
     if (curve.rate_exponent && !piece.values.empty()) {
-      put_signed(text, piece.start - start);
+      add_signed(text, piece.start - start);
       start = piece.start;
     }
     for (const std::int64_t value : piece.values) {
-      put_signed(text, value - last);
+      add_signed(text, value - last);
       last = value;
     }
   }
