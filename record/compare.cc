@@ -143,7 +143,7 @@ class TableComparer {
     if (!told_rows_.insert(a.topic).second) return;
     note_lost_rows(a_, a, "A", comparison_);
     note_lost_rows(b_, b, "B", comparison_);
-    const Nanoseconds end = std::min(comparison_.end_a, comparison_.end_b);
+    const Nanoseconds end = common_end(comparison_);
     note_hole(a.topic, "A", find_hole(a.time, b.time, end, Tolerance{}.dt), comparison_);
     note_hole(a.topic, "B", find_hole(b.time, a.time, end, Tolerance{}.dt), comparison_);
   }

@@ -451,6 +451,11 @@ void note_unjudged(const Recording& a, const Recording& b, Comparison& compariso
   note_missing(empty ? "neither of both has messages" : "there is nothing that could be judged", comparison);
 }
 
+Nanoseconds common_end(const Comparison& comparison) {
+  const Nanoseconds end = std::min(comparison.end_a, comparison.end_b);
+  return comparison.end_a == comparison.end_b ? end : end - Tolerance{}.dt;
+}
+
 std::optional<Hole> find_hole(std::span<const Nanoseconds> times, std::span<const Nanoseconds> reference,
                               Nanoseconds end, Nanoseconds window) {
   const auto up_to_end = [end](std::span<const Nanoseconds> all) {

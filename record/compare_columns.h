@@ -83,6 +83,10 @@ void note_unjudged(const Recording& a, const Recording& b, Comparison& compariso
 void note_differences(const Recording& a, std::string_view name_a,
                       const std::map<std::string, std::string>& fingerprint_b, Comparison& comparison);
 
+/// Up to when both runs have to have samples. Where one ends earlier, its last cycles may lack some: its end is judged
+/// by itself.
+[[nodiscard]] Nanoseconds common_end(const Comparison& comparison);
+
 /// Where steps of the program begin, a thousand at most: more than fit on an axis are of no use.
 [[nodiscard]] std::vector<StepMark> steps_of(const Recording& recording);
 

@@ -96,7 +96,7 @@ class GoldenComparer {
     std::vector<Nanoseconds> times;
     for (std::size_t i = 0; i < grid->second.samples; ++i)
       times.push_back(grid->second.start + static_cast<Nanoseconds>(i) * grid->second.period);
-    const Nanoseconds end = std::min(comparison_.end_a, comparison_.end_b);
+    const Nanoseconds end = common_end(comparison_);
     note_hole(topic, "the run", find_hole(table_->time, times, end, Tolerance{}.dt), comparison_);
     note_hole(topic, "the golden", find_hole(times, table_->time, end, Tolerance{}.dt), comparison_);
   }

@@ -78,7 +78,7 @@ class Regression(unittest.TestCase):
         self.takt("bless", file, "--reason", "a test")
         before = self.path / "before.mcap"
         self.takt("run", file, "--record", before)
-        for branch, index, key in ((0, 4, "speed"), (1, 5, "velocity_m_s"), (0, 6, "velocity_m_s"), (1, 7, "speed")):
+        for branch, index, key in ((0, 4, "speed"), (1, 5, "velocity_m_s"), (0, 6, "velocity_m_s"), (1, 9, "velocity_m_s")):
             changed = json.loads(json.dumps(scenario))
             step = changed["program"]["branches"][branch]["steps"][index]
             step[key] = round(step[key] * 1.03, 6)
@@ -88,8 +88,10 @@ class Regression(unittest.TestCase):
                 report = json.loads(self.takt("verify", file, "--no-film", "--json", status=1))["scenarios"][0]["golden"]
                 self.assertTrue(report["departure"]["step"].endswith("/ " + name), report["departure"])
                 other = [one for one in report["durations"] if not one["same"] and one["step"].endswith("/ " + name)]
-                self.assertEqual(len(other), 1)
-                self.assertLess(other[0]["a_s"], other[0]["b_s"])
+                if key == "velocity_m_s":  # a joint motion may be as long as before: its accelerations decide
+                    self.assertEqual(len(other), 1)
+                    self.assertLess(other[0]["a_s"], other[0]["b_s"])
+                self.assertEqual(report["missing"], [])
                 text = self.takt("verify", file, "--no-film", status=1).splitlines()
                 self.assertNotIn("passed", text[0])
                 first = next(line for line in text if line.startswith("first departure:"))
