@@ -132,6 +132,18 @@ def check_code(name, lines, say):
                 say(name, number, f"{layer} may not know {target}")
 
 
+def check_options(name, lines, say):
+    """Options of the compiler in a file would reach the files behind it in its batch."""
+    depth = 0
+    for number, line in enumerate(lines, 1):
+        if re.match(r"\s*#pragma GCC (push|pop)_options", line):
+            depth += 1 if "push" in line else -1
+        elif re.match(r"\s*#pragma GCC (optimize|target)", line) and depth == 0:
+            say(name, number, "options without '#pragma GCC push_options' reach the next files of the batch")
+    if depth != 0:
+        say(name, len(lines), "'#pragma GCC push_options' without 'pop_options'")
+
+
 def check_awaits(name, text, say):
     for match in AWAITED_PARAMETERS.finditer(text):
         say(name, text[: match.start()].count("\n") + 1, "parameters inside of a co_await expression: name them before")
@@ -249,6 +261,7 @@ def main():
         lines = text.split("\n")
         if name.endswith((".cc", ".h")):
             check_code(name, lines, say)
+            check_options(name, lines, say)
             check_awaits(name, text, say)
         if name.startswith("tests/") and name.endswith((".cc", ".h", ".py")):
             check_quotes(name, text, say)

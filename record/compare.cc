@@ -6,9 +6,15 @@
 #include <array>
 #include <iterator>
 #include <set>
+#include <tuple>
+#include <utility>
 
+#include "core/base/utf8.h"
 #include "record/compare_columns.h"
+#include "record/compare_messages.h"
+#include "record/departure.h"
 #include "record/mcap_reader.h"
+#include "record/scenario_difference.h"
 #include "record/schemas.h"
 
 namespace takt::record {
@@ -27,11 +33,6 @@ constexpr UnitTolerance kUnitTolerances[] = {
 constexpr double kOtherUnits = 1e-3;
 
 CurveView column_view(const Table& table, std::size_t column) { return {table.time, table.values[column]}; }
-
-void note_missing(std::string text, Comparison& comparison) {
-  constexpr std::size_t kMost = 10'000;  // nobody reads more
-  if (comparison.missing.size() < kMost) comparison.missing.push_back(std::move(text));
-}
 
 std::vector<std::string> names_in_both(const std::vector<std::string>& a, const std::vector<std::string>& b,
                                        std::string_view what, Comparison& comparison) {
@@ -68,6 +69,8 @@ class TableComparer {
     const std::size_t rows_a = a_.rows(topic), rows_b = b_.rows(topic);
     if ((rows_a == 0) != (rows_b == 0))
       return note_missing(fmt::format("topic '{}' has no messages in {}", topic, rows_a == 0 ? "A" : "B"), comparison_);
+    if (rows_a > 0 && names_a->columns.empty() && names_b->columns.empty())
+      return note_missing(fmt::format("topic '{}': its messages cannot be read", topic), comparison_);
     // Times and one column, of both.
     if (2 * (rows_a + rows_b) > most_values_)
       return note_missing(fmt::format("topic '{}' has too many messages to be compared", topic), comparison_);
@@ -135,6 +138,16 @@ class TableComparer {
                             points_left());
   }
 
+  /// Messages that are no rows, and rows that only one of both has: once for each topic, however often it is read.
+  void note_unread_rows(const Table& a, const Table& b) {
+    if (!told_rows_.insert(a.topic).second) return;
+    note_lost_rows(a_, a, "A", comparison_);
+    note_lost_rows(b_, b, "B", comparison_);
+    const Nanoseconds end = common_end(comparison_);
+    note_hole(a.topic, "A", find_hole(a.time, b.time, end, Tolerance{}.dt), comparison_);
+    note_hole(a.topic, "B", find_hole(b.time, a.time, end, Tolerance{}.dt), comparison_);
+  }
+
   [[nodiscard]] std::size_t points_left() const { return plot_points_ < kMostPlotPoints ? options_.plot_points : 0; }
 
   void add(ColumnComparison column) {
@@ -144,6 +157,7 @@ class TableComparer {
 
   /// Two tables of equal columns.
   void compare(const Table& a, const Table& b) {
+    note_unread_rows(a, b);
     // States have no units to judge by; the digest covers them. Which contacts there are depends on the processor.
     const bool only_shown = a_.find_channel(a.topic)->schema == kSimStateSchema || a.topic == kContactForceTopic;
     for (std::size_t i = 0; i < std::min(a.columns.size(), b.columns.size()); ++i) {
@@ -167,6 +181,39 @@ class TableComparer {
   std::vector<ColumnChoice> in_a_, in_b_;  ///< of the same topics, as many columns each
   std::size_t values_ = 0;                 ///< of them, in both
   std::size_t columns_ = 0, plot_points_ = 0;
+  std::set<std::string> told_rows_;
+};
+
+/// Digests of two recordings, cycle by cycle; cycles that only one of them has are skipped.
+class DigestPairs {
+ public:
+  DigestPairs(const Recording& a, const Recording& b) : a_(a), b_(b) { step(true, true); }
+
+  /// @return false: there are no more cycles that both have
+  bool next(RecordedDigest& a, RecordedDigest& b) {
+    while (more_a_ && more_b_ && in_a_.cycle != in_b_.cycle) step(in_a_.cycle < in_b_.cycle, in_b_.cycle < in_a_.cycle);
+    if (!more_a_ || !more_b_) return false;
+    a = in_a_;
+    b = in_b_;
+    step(true, true);
+    return true;
+  }
+  /// To the ends of both. @return how many cycles A and B have
+  std::pair<std::uint64_t, std::uint64_t> counts() {
+    while (more_a_ || more_b_) step(more_a_, more_b_);
+    return {count_a_, count_b_};
+  }
+
+ private:
+  void step(bool a, bool b) {
+    if (a && (more_a_ = a_.next(in_a_))) ++count_a_;
+    if (b && (more_b_ = b_.next(in_b_))) ++count_b_;
+  }
+
+  DigestCursor a_, b_;
+  RecordedDigest in_a_, in_b_;
+  bool more_a_ = true, more_b_ = true;
+  std::uint64_t count_a_ = 0, count_b_ = 0;
 };
 
 /// The digests of single blocks of one cycle.
@@ -192,22 +239,20 @@ std::string first_block(const Recording& a, const Recording& b, std::uint64_t cy
 }
 
 void compare_digests(const Recording& a, const Recording& b, Comparison& comparison) {
-  DigestCursor in_a(a), in_b(b);
+  DigestPairs pairs(a, b);
   RecordedDigest da, db;
-  for (;;) {
-    const bool more_a = in_a.next(da), more_b = in_b.next(db);
-    comparison.cycles_a += more_a ? 1 : 0;
-    comparison.cycles_b += more_b ? 1 : 0;
-    if (!more_a && !more_b) break;
-    const bool differ = more_a && more_b && (da.cycle != db.cycle || da.digest != db.digest);
-    if (differ && !comparison.first_difference)
+  std::uint64_t common = 0;
+  while (pairs.next(da, db)) {
+    ++common;
+    if (da.digest != db.digest && !comparison.first_difference)
       comparison.first_difference = DigestDifference{da.cycle, da.time, da.digest, db.digest};
   }
+  std::tie(comparison.cycles_a, comparison.cycles_b) = pairs.counts();
   if (comparison.first_difference)
     comparison.first_difference->block = first_block(a, b, comparison.first_difference->cycle);
   comparison.digests_compared = comparison.cycles_a > 0 && comparison.cycles_b > 0;
   comparison.identical =
-      comparison.digests_compared && !comparison.first_difference && comparison.cycles_a == comparison.cycles_b;
+      common > 0 && !comparison.first_difference && comparison.cycles_a == common && comparison.cycles_b == common;
 }
 
 /// Digests of blocks say where two runs differ, not whether they may; the log of a run of ours repeats its events.
@@ -229,18 +274,78 @@ std::vector<std::string> judged_tables(const Recording& recording, const Compare
   return topics;
 }
 
+/// A log of another program says by its texts what happened; ours have numbers in their texts that vary.
+Texts texts_of(const Recording& recording, const std::string& topic) {
+  return recording.find_channel(topic)->schema == kLogSchema ? Texts::kJudged : Texts::kIgnored;
+}
+
 void compare_all_events(const Recording& a, const Recording& b, const CompareOptions& options, Comparison& comparison) {
   for (const std::string& topic : names_in_both(judged_events(a), judged_events(b), "events", comparison)) {
     Tolerance otherwise;
     if (topic == kContactTopic) otherwise.kind = ToleranceKind::kReportOnly;
     const Tolerance tolerance = choose_tolerance(options.rules, topic, "events", otherwise);
     const auto events_a = a.events(topic), events_b = b.events(topic);
-    if (events_a && events_b) {
-      comparison.columns.push_back(compare_events(topic, *events_a, *events_b, tolerance));
-    } else {
+    if (!events_a || !events_b) {
       note_missing((events_a ? events_b : events_a).error().list().front().message, comparison);
+      continue;
+    }
+    note_lost_rows(a, topic, events_a->size(), "A", comparison);
+    note_lost_rows(b, topic, events_b->size(), "B", comparison);
+    comparison.columns.push_back(compare_events(topic, *events_a, *events_b, tolerance, texts_of(b, topic)));
+  }
+}
+
+/// Topics of bytes with messages, or that are told. The looks of a cell of ours say nothing of its run.
+std::vector<std::string> byte_topics(const Recording& recording) {
+  std::vector<std::string> topics;
+  for (const ChannelInfo& channel : recording.channels())
+    if (!Recording::decodes(channel)) topics.push_back(channel.topic);
+  return topics;
+}
+
+void compare_all_messages(const Recording& a, const Recording& b, const CompareOptions& options,
+                          Comparison& comparison) {
+  for (const std::string& topic : names_in_both(byte_topics(a), byte_topics(b), "topic", comparison)) {
+    Tolerance otherwise{.kind = ToleranceKind::kExact, .dt = 0};
+    const bool is_scene = b.find_channel(topic)->schema == kSceneUpdateSchema && !b.digest_topic().empty();
+    if (is_scene) otherwise.kind = ToleranceKind::kReportOnly;
+    comparison.columns.push_back(
+        compare_messages(a, b, topic, choose_tolerance(options.rules, topic, "messages", otherwise)));
+    if (!is_scene)
+      comparison.notes.push_back(fmt::format("topic '{}' is compared as bytes: its {} is not decoded", topic,
+                                             why_not_decoded(*b.find_channel(topic))));
+  }
+}
+
+/// Durations of steps, where both have steps; else those of A name the steps all the same.
+void add_durations(const Recording& a, const Recording& b, const CompareOptions& options, Comparison& comparison) {
+  const auto steps_a = step_events(a), steps_b = step_events(b);
+  const Tolerance of_events = choose_tolerance(options.rules, kProgramTopic, "events", Tolerance{});
+  const bool both = options.topics.empty() && !steps_b.empty();
+  comparison.durations = compare_durations(steps_a, both ? steps_b : steps_a, comparison.end_a,
+                                           both ? comparison.end_b : comparison.end_a, of_events.dt);
+}
+
+/// Attachments beside the scenario, which is compared by its values.
+void note_attachments(const Recording& a, const Recording& b, Comparison& comparison) {
+  constexpr std::size_t kMost = 20;
+  const std::size_t before = comparison.notes.size();
+  const auto note = [&](const std::string& name, const char* what) {
+    if (comparison.notes.size() < before + kMost && name != "scenario.json")
+      comparison.notes.push_back(to_valid_utf8(fmt::format("attachment '{}' {}", name, what)));
+  };
+  std::set<std::string> in_a, in_b;
+  for (const AttachmentInfo& info : a.attachments()) in_a.insert(info.name);
+  for (const AttachmentInfo& info : b.attachments()) in_b.insert(info.name);
+  for (const std::string& name : in_a) {
+    if (!in_b.contains(name)) {
+      note(name, "is only in A");
+    } else if (a.attachment(name) != b.attachment(name)) {
+      note(name, "differs");
     }
   }
+  for (const std::string& name : in_b)
+    if (!in_a.contains(name)) note(name, "is only in B");
 }
 
 }  // namespace
@@ -265,19 +370,28 @@ Comparison compare(const Recording& a, const Recording& b, const CompareOptions&
   note_differences(a, "A",
                    fingerprint_b == b.metadata().end() ? std::map<std::string, std::string>{} : fingerprint_b->second,
                    comparison);
-  for (const std::string& damage : b.damage()) comparison.notes.push_back(fmt::format("B: {}", damage));
+  note_damage(b, "B", comparison);
+  note_attachments(a, b, comparison);
+  comparison.scenario_differences = scenario_differences(a, b);
 
+  add_durations(a, b, options, comparison);
   if (options.topics.empty()) {
     comparison.columns.push_back(
         compare_end(comparison.end_a, comparison.end_b, choose_tolerance(options.rules, "run", "end", Tolerance{})));
     compare_all_events(a, b, options, comparison);
+    compare_all_messages(a, b, options, comparison);
   }
   TableComparer tables(a, b, options, comparison);
   for (const std::string& topic :
        names_in_both(judged_tables(a, options), judged_tables(b, options), "topic", comparison))
     tables.add_topic(topic);
   tables.finish();
+  comparison.judged_a = judged_share(a, comparison);
+  comparison.judged_b = judged_share(b, comparison);
+  note_unjudged(a, b, comparison);
+  if (!options.topics.empty()) comparison.not_judged.clear();
   judge(options, comparison);
+  find_departure(comparison);
   return comparison;
 }
 

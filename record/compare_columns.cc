@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <set>
 
 namespace takt::record {
 
@@ -60,6 +61,9 @@ void compare_exactly(const CurveView& a, const CurveView& b, ColumnComparison& r
     }
   }
   set_place(a, b, first, result);
+  result.first_outside = result.time;
+  result.first_a = result.a;
+  result.first_b = result.b;
   result.note =
       first < common ? "first difference here" : fmt::format("{} samples against {}", a.time.size(), b.time.size());
 }
@@ -189,7 +193,11 @@ void compare_in_tube(const CurveView& a, const CurveView& b, ColumnComparison& r
   result.max_deviation = tube.max_deviation;
   result.samples_outside = tube.outside;
   if (tube.max_deviation > 0.0) set_place(a, b, tube.at, result);
-  if (result.tolerance.kind == ToleranceKind::kTube) result.passed = tube.outside == 0;
+  if (result.tolerance.kind != ToleranceKind::kTube || tube.outside == 0) return;
+  result.passed = false;
+  result.first_outside = a.time[tube.first];
+  result.first_a = a.value[tube.first];
+  result.first_b = value_at(b, a.time[tube.first]);
 }
 
 using Quaternion = std::array<double, 4>;
@@ -322,35 +330,38 @@ ColumnComparison compare_column(const ColumnId& id, const CurveView& a, const Cu
 }
 
 ColumnComparison compare_events(std::string_view topic, const std::vector<RecordedEvent>& a,
-                                const std::vector<RecordedEvent>& b, const Tolerance& tolerance) {
+                                const std::vector<RecordedEvent>& b, const Tolerance& tolerance, Texts texts) {
   ColumnComparison result;
   result.topic = topic;
   result.column = "events";
   result.unit = "s";
   result.tolerance = tolerance;
   const bool judged = tolerance.kind != ToleranceKind::kReportOnly;
-  const bool exact = tolerance.kind == ToleranceKind::kExact;
+  const bool exact = tolerance.kind == ToleranceKind::kExact, with_texts = exact || texts == Texts::kJudged;
   const auto name_of = [](const RecordedEvent& e) { return fmt::format("{} {}", e.source, e.name); };
   const auto fail_at = [&](Nanoseconds time, std::string note) {
     if (!result.note.empty()) return;
     result.time = time;
     result.note = std::move(note);
     result.passed = !judged;
+    if (judged) result.first_outside = time;
   };
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
     if (name_of(a[i]) != name_of(b[i])) {
-      fail_at(a[i].time, fmt::format("event {} is '{}', not '{}'", i + 1, name_of(a[i]), name_of(b[i])));
+      fail_at(std::min(a[i].time, b[i].time),
+              fmt::format("event {} is '{}', not '{}'", i + 1, name_of(a[i]), name_of(b[i])));
       ++result.samples_outside;
       return result;
     }
     const double shift = std::abs(to_seconds(a[i].time - b[i].time));
     result.max_difference = result.max_deviation = std::max(result.max_deviation, shift);
     const bool in_time = exact ? a[i].time == b[i].time : shift <= to_seconds(tolerance.dt);
-    if (in_time && (!exact || a[i].text == b[i].text)) continue;
+    if (in_time && (!with_texts || a[i].text == b[i].text)) continue;
     ++result.samples_outside;
-    fail_at(a[i].time, in_time ? fmt::format("'{}' says '{}', not '{}'", name_of(a[i]), a[i].text, b[i].text)
-                               : fmt::format("'{}' at {:.6f} s, not {:.6f} s", name_of(a[i]), to_seconds(a[i].time),
-                                             to_seconds(b[i].time)));
+    fail_at(std::min(a[i].time, b[i].time),
+            in_time ? fmt::format("'{}' says '{}', not '{}'", name_of(a[i]), a[i].text, b[i].text)
+                    : fmt::format("'{}' at {:.6f} s, not {:.6f} s", name_of(a[i]), to_seconds(a[i].time),
+                                  to_seconds(b[i].time)));
   }
   if (a.size() != b.size()) {
     const auto& longer = a.size() > b.size() ? a : b;
@@ -375,12 +386,107 @@ ColumnComparison compare_end(Nanoseconds a, Nanoseconds b, const Tolerance& tole
   if (tolerance.kind != ToleranceKind::kReportOnly) {
     result.passed = std::abs(a - b) <= (tolerance.kind == ToleranceKind::kExact ? 0 : tolerance.dt);
   }
+  if (!result.passed) result.first_outside = std::min(a, b);
   return result;
+}
+
+void note_missing(std::string text, Comparison& comparison) {
+  constexpr std::size_t kMost = 10'000;  // nobody reads more
+  if (comparison.missing.size() < kMost) comparison.missing.push_back(std::move(text));
+}
+
+void note_damage(const Recording& recording, std::string_view name, Comparison& comparison) {
+  for (const std::string& lost : recording.lost()) note_missing(fmt::format("{}: {}", name, lost), comparison);
+  if (recording.truncated_at())
+    comparison.notes.push_back(fmt::format("{}: truncated at byte {}", name, *recording.truncated_at()));
+}
+
+void note_lost_rows(const Recording& recording, const std::string& topic, std::size_t rows, std::string_view name,
+                    Comparison& comparison) {
+  const std::size_t messages = recording.rows(topic);
+  if (rows < messages)
+    note_missing(fmt::format("{}: {} of {} messages of '{}' cannot be read", name, messages - rows, messages, topic),
+                 comparison);
+}
+
+void note_lost_rows(const Recording& recording, const Table& table, std::string_view name, Comparison& comparison) {
+  note_lost_rows(recording, table.topic, table.time.size(), name, comparison);
+}
+
+void note_hole(const std::string& topic, std::string_view name, const std::optional<Hole>& hole,
+               Comparison& comparison) {
+  if (!hole) return;
+  note_missing(fmt::format("topic '{}': {} lacks {} {} from {:.6f} s to {:.6f} s", topic, name, hole->samples,
+                           hole->samples == 1 ? "message" : "messages", to_seconds(hole->from), to_seconds(hole->to)),
+               comparison);
+}
+
+JudgedShare judged_share(const Recording& recording, const Comparison& comparison) {
+  std::set<std::string_view> topics;
+  for (const ColumnComparison& column : comparison.columns)
+    if (column.tolerance.kind != ToleranceKind::kReportOnly) topics.insert(column.topic);
+  if (comparison.identical) topics.insert(recording.digest_topic());
+  JudgedShare share{.messages_in_file = recording.message_count()};
+  for (const ChannelInfo& channel : recording.channels()) {
+    const std::size_t rows = recording.rows(channel.topic);
+    if (rows == 0) continue;
+    ++share.channels_in_file;
+    if (!topics.contains(channel.topic)) continue;
+    ++share.channels;
+    share.messages += rows;
+  }
+  return share;
+}
+
+void note_unjudged(const Recording& a, const Recording& b, Comparison& comparison) {
+  std::set<std::string> judged, others;
+  for (const ColumnComparison& column : comparison.columns)
+    if (column.tolerance.kind != ToleranceKind::kReportOnly) judged.insert(column.topic);
+  for (const Recording* recording : {&a, &b})
+    for (const ChannelInfo& channel : recording->channels())
+      if (recording->rows(channel.topic) > 0 && !judged.contains(channel.topic)) others.insert(channel.topic);
+  comparison.not_judged.assign(others.begin(), others.end());
+  if (comparison.judged_a.messages > 0 || comparison.judged_b.messages > 0) return;
+  const bool empty = a.message_count() == 0 && b.message_count() == 0;
+  note_missing(empty ? "neither of both has messages" : "there is nothing that could be judged", comparison);
+}
+
+Nanoseconds common_end(const Comparison& comparison) {
+  const Nanoseconds end = std::min(comparison.end_a, comparison.end_b);
+  return comparison.end_a == comparison.end_b ? end : end - Tolerance{}.dt;
+}
+
+std::optional<Hole> find_hole(std::span<const Nanoseconds> times, std::span<const Nanoseconds> reference,
+                              Nanoseconds end, Nanoseconds window) {
+  const auto up_to_end = [end](std::span<const Nanoseconds> all) {
+    return all.first(static_cast<std::size_t>(std::ranges::upper_bound(all, end) - all.begin()));
+  };
+  const bool is_subset = std::ranges::includes(up_to_end(reference), up_to_end(times));
+  const auto reach = [&](std::size_t i) {
+    if (is_subset) return Nanoseconds{0};
+    const Nanoseconds before = i > 0 ? reference[i] - reference[i - 1] : 0;
+    const Nanoseconds after = i + 1 < reference.size() ? reference[i + 1] - reference[i] : 0;
+    return std::max({window, before, after});
+  };
+  std::optional<Hole> hole;
+  std::size_t next = 0;  // the first of `times` at or after the sample
+  for (std::size_t i = 0; i < reference.size() && reference[i] <= end; ++i) {
+    while (next < times.size() && times[next] < reference[i]) ++next;
+    const Nanoseconds width = reach(i);
+    const bool found = (next < times.size() && times[next] - reference[i] <= width) ||
+                       (next > 0 && reference[i] - times[next - 1] <= width);
+    if (found && hole) break;
+    if (found) continue;
+    if (!hole) hole = Hole{.from = reference[i], .to = reference[i]};
+    hole->to = reference[i];
+    ++hole->samples;
+  }
+  return hole;
 }
 
 void note_differences(const Recording& a, std::string_view name_a,
                       const std::map<std::string, std::string>& fingerprint_b, Comparison& comparison) {
-  for (const std::string& damage : a.damage()) comparison.notes.push_back(fmt::format("{}: {}", name_a, damage));
+  note_damage(a, name_a, comparison);
   const auto found = a.metadata().find("takt.fingerprint");
   const std::map<std::string, std::string> fingerprint_a =
       found == a.metadata().end() ? std::map<std::string, std::string>{} : found->second;

@@ -8,8 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "record/compare.h"
+#include "record/comparison.h"
 #include "record/curves.h"
+#include "record/recording.h"
 
 namespace takt::record {
 
@@ -40,16 +41,51 @@ struct RotationView {
 [[nodiscard]] ColumnComparison compare_rotation(const ColumnId& id, const RotationView& a, const RotationView& b,
                                                 const Tolerance& tolerance, std::size_t plot_points);
 
-/// Events as a sequence: the same (source, name) in the same order, each within dt; texts too if exact.
+/// Whether the texts of events are judged with them.
+enum class Texts { kIgnored, kJudged };
+
+/// Events as a sequence: the same (source, name) in the same order, each within dt; if exact, their texts too.
 [[nodiscard]] ColumnComparison compare_events(std::string_view topic, const std::vector<RecordedEvent>& a,
-                                              const std::vector<RecordedEvent>& b, const Tolerance& tolerance);
+                                              const std::vector<RecordedEvent>& b, const Tolerance& tolerance,
+                                              Texts texts = Texts::kIgnored);
 
 /// The end of the run as a column of its own.
 [[nodiscard]] ColumnComparison compare_end(Nanoseconds a, Nanoseconds b, const Tolerance& tolerance);
 
-/// Differences of fingerprints and torn ends, in words.
+/// A stretch of time in which one curve has samples and the other has none.
+struct Hole {
+  Nanoseconds from = 0, to = 0;  ///< first and last sample that only the other one has
+  std::size_t samples = 0;
+};
+/// The first hole of `times` against those of `reference` up to `end`. Where all times are times of the reference,
+/// each one that is missing counts; else those that are farther from any than `window` and than the reference's own
+/// spacing there.
+[[nodiscard]] std::optional<Hole> find_hole(std::span<const Nanoseconds> times, std::span<const Nanoseconds> reference,
+                                            Nanoseconds end, Nanoseconds window);
+
+/// Adds to `missing`, up to as many as somebody could read.
+void note_missing(std::string text, Comparison& comparison);
+/// Damage of a recording: what is lost fails the comparison, a torn end is a note.
+void note_damage(const Recording& recording, std::string_view name, Comparison& comparison);
+/// Messages of a topic that are no rows of its table, or no events.
+void note_lost_rows(const Recording& recording, const std::string& topic, std::size_t rows, std::string_view name,
+                    Comparison& comparison);
+void note_lost_rows(const Recording& recording, const Table& table, std::string_view name, Comparison& comparison);
+void note_hole(const std::string& topic, std::string_view name, const std::optional<Hole>& hole,
+               Comparison& comparison);
+
+/// How much of a recording the columns of a comparison have judged.
+[[nodiscard]] JudgedShare judged_share(const Recording& recording, const Comparison& comparison);
+/// Lists the topics that say nothing to the verdict; if nothing does, that fails the comparison.
+void note_unjudged(const Recording& a, const Recording& b, Comparison& comparison);
+
+/// Differences of fingerprints, and damage (note_damage), in words.
 void note_differences(const Recording& a, std::string_view name_a,
                       const std::map<std::string, std::string>& fingerprint_b, Comparison& comparison);
+
+/// Up to when both runs have to have samples. Where one ends earlier, its last cycles may lack some: its end is judged
+/// by itself.
+[[nodiscard]] Nanoseconds common_end(const Comparison& comparison);
 
 /// Where steps of the program begin, a thousand at most: more than fit on an axis are of no use.
 [[nodiscard]] std::vector<StepMark> steps_of(const Recording& recording);

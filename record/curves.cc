@@ -94,7 +94,7 @@ TubeResult follow_tube(const CurveView& curve, const CurveView& reference, Nanos
   SlidingRange window(reference);
   for (std::size_t i = 0; i < curve.time.size(); ++i) {
     const double deviation = deviation_of(curve.value[i], window.over(curve.time[i] - dt, curve.time[i] + dt));
-    if (deviation > dv) ++result.outside;
+    if (deviation > dv && ++result.outside == 1) result.first = i;
     if (deviation > result.max_deviation) {
       result.max_deviation = deviation;
       result.at = i;

@@ -24,6 +24,7 @@ struct TubeResult {
   double max_deviation = 0.0;  ///< distance from the reference with the freedom dt; inf: null against value
   std::size_t at = 0;          ///< the sample of max_deviation
   std::size_t outside = 0;     ///< samples with a deviation above dv
+  std::size_t first = 0;       ///< the first of them
 };
 /// Cost O(samples of both). Realtime: setup.
 [[nodiscard]] TubeResult follow_tube(const CurveView& curve, const CurveView& reference, Nanoseconds dt, double dv);

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,39 +8,11 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/diagnostics.h"
-#include "core/base/time.h"
-#include "record/compare.h"
+#include "record/comparison.h"
+#include "record/golden_data.h"
 #include "record/recording.h"
 
 namespace takt::record {
-
-/// One column of a golden: points chosen so that straight lines between them stay within `thinning` of every sample.
-struct GoldenColumn {
-  std::string topic, column, unit;
-  Tolerance tolerance;
-  double thinning = 0.0;              ///< in the column's unit, a quarter of the tolerance, or half of it if need be
-  std::vector<double> time_s, value;  ///< NaN = null from here to the next point
-};
-
-struct GoldenEvent {
-  std::string topic, source, name;
-  double time_s = 0.0;
-};
-
-/// A run that a person has looked at and approved, small enough for the repository. It is compared with tolerances, so
-/// that it holds across machines and harmless changes of code; whether the digest is still the same is told, and judged
-/// only on request (row D5).
-struct Golden {
-  std::string scenario;  ///< as the caller names it
-  std::string reason;    ///< why this run is right, in words; never empty
-  std::map<std::string, std::string> fingerprint;
-  std::uint64_t cycles = 0;
-  double end_s = 0.0;
-  std::string digest;  ///< of the last cycle, 16 hexadecimal digits; empty if the run has none
-  std::vector<GoldenColumn> columns;
-  Tolerance event_tolerance;
-  std::vector<GoldenEvent> events;
-};
 
 struct BlessOptions {
   std::string scenario;

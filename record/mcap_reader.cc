@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "record/chunk_compression.h"
+
 namespace takt::record::mcap {
 
 namespace {
@@ -48,18 +50,24 @@ std::optional<Stretch> chunk_at(const ByteSource& source, const RecordHead& head
   return stretch;
 }
 
-/// Where the next chunk begins at or after `from`: its length, its compression and its inner length must agree.
+/// Whether a chunk may begin at `offset` of `block`: its opcode, and a name of a compression as long as names are.
+bool may_be_chunk(std::string_view block, std::size_t offset) {
+  constexpr std::size_t kNameAt = kRecordHead + 28, kLongestName = 32;
+  if (block[offset] != static_cast<char>(Op::kChunk)) return false;
+  Cursor cursor(block.substr(std::min(offset + kNameAt, block.size())));
+  return cursor.get<std::uint32_t>() <= kLongestName && cursor.ok();
+}
+
+/// Where the next chunk begins at or after `from`: the two lengths that it has must agree.
 std::optional<std::uint64_t> find_chunk(const ByteSource& source, std::uint64_t from) {
-  constexpr std::uint64_t kCompressionAt = kRecordHead + 28, kBlock = 1u << 20;
-  const std::string_view mark{"\x04\0\0\0zstd", 8};
+  constexpr std::uint64_t kFront = kRecordHead + 32, kBlock = 1u << 20;
   for (std::uint64_t begin = from; begin < source.size(); begin += kBlock) {
-    // Blocks overlap, so that each mark lies in one of them together with the record's opcode.
-    const std::string block(source.view(begin, kBlock + kCompressionAt + mark.size() - 1));
-    for (std::size_t at = block.find(mark, kCompressionAt); at != std::string::npos; at = block.find(mark, at + 1)) {
-      const std::size_t offset = at - kCompressionAt;
-      if (block[offset] != static_cast<char>(Op::kChunk)) continue;
-      const auto head = head_at(source, begin + offset);
-      if (head && chunk_at(source, *head)) return begin + offset;
+    // Blocks overlap, so that the front of each chunk lies in one of them.
+    const std::string block(source.view(begin, kBlock + kFront - 1));
+    for (std::size_t at = 0; at < std::min<std::size_t>(block.size(), kBlock); ++at) {
+      if (!may_be_chunk(block, at)) continue;
+      const auto head = head_at(source, begin + at);
+      if (head && chunk_at(source, *head)) return begin + at;
     }
   }
   return std::nullopt;
@@ -98,7 +106,7 @@ class Scanner {
  private:
   void end_at(std::uint64_t offset) {
     contents_.truncated_at = offset;
-    note_damage(contents_, fmt::format("truncated at byte {}", offset));
+    note_damage(contents_, truncation(offset));
   }
 
   /// False: the record does not fit its own lengths.
@@ -279,6 +287,8 @@ class Scanner {
 
 }  // namespace
 
+std::string truncation(std::uint64_t offset) { return fmt::format("truncated at byte {}", offset); }
+
 void note_damage(Contents& contents, std::string text) {
   if (contents.damage.size() < ReadLimits::kDamages) {
     contents.damage.push_back(std::move(text));
@@ -333,22 +343,10 @@ Result<Contents> scan(const ByteSource& source) {
 std::expected<std::string, std::string> unpack(const ByteSource& source, const Stretch& stretch, bool check) {
   const std::string_view data = source.view(stretch.data_offset, stretch.data_size);
   if (data.size() != stretch.data_size) return std::unexpected("it cannot be read");
-  std::string raw;
-  if (stretch.compression == "zstd") {
-    // The size is there twice; a rotted one must not cost memory.
-    if (stretch.raw_size > ReadLimits::kChunkBytes ||
-        ZSTD_getFrameContentSize(data.data(), data.size()) != stretch.raw_size) {
-      return std::unexpected("its size is implausible");
-    }
-    raw.resize(stretch.raw_size);
-    const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), data.data(), data.size());
-    if (ZSTD_isError(size) || size != raw.size()) return std::unexpected("it does not decompress");
-  } else if (stretch.compression.empty()) {
-    raw = data;
-  } else {
-    return std::unexpected(fmt::format("compression '{}' is not known", stretch.compression));
-  }
-  if (check && stretch.raw_crc != 0 && crc32(0, raw) != stretch.raw_crc) return std::unexpected("checksum");
+  if (stretch.is_chunk && stretch.raw_size > ReadLimits::kChunkBytes) return std::unexpected("its size is implausible");
+  auto raw = decompress(stretch.compression, data, stretch.raw_size);
+  if (!raw) return raw;
+  if (check && stretch.raw_crc != 0 && crc32(0, *raw) != stretch.raw_crc) return std::unexpected("checksum");
   return raw;
 }
 

@@ -77,6 +77,9 @@ struct Contents {
   std::uint64_t definition_bytes = 0;  ///< of schemas, channels, metadata and names of attachments
 };
 
+/// A torn end in words.
+[[nodiscard]] std::string truncation(std::uint64_t offset);
+
 /// Lists a damage, or counts it.
 void note_damage(Contents& contents, std::string text);
 

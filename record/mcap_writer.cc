@@ -236,10 +236,11 @@ std::uint16_t Writer::add_channel(std::uint16_t schema, std::string_view topic, 
   return id;
 }
 
-std::string& Writer::begin_message(std::uint16_t channel, Nanoseconds time) {
-  if (raw_.empty()) chunk_start_ = time;
-  if (message_count_ == 0) first_time_ = time;
-  chunk_end_ = last_time_ = time;
+std::string& Writer::begin_message(std::uint16_t channel, Nanoseconds time, std::optional<Nanoseconds> published) {
+  chunk_start_ = raw_.empty() ? time : std::min(chunk_start_, time);
+  chunk_end_ = raw_.empty() ? time : std::max(chunk_end_, time);
+  first_time_ = message_count_ == 0 ? time : std::min(first_time_, time);
+  last_time_ = message_count_ == 0 ? time : std::max(last_time_, time);
   ChannelState& state = channels_[channel];
   message_start_ = raw_.size();
   state.index.emplace_back(unsigned_time(time), message_start_);
@@ -248,7 +249,7 @@ std::string& Writer::begin_message(std::uint16_t channel, Nanoseconds time) {
   put(raw_, channel);
   put(raw_, static_cast<std::uint32_t>(state.messages));
   put(raw_, unsigned_time(time));
-  put(raw_, unsigned_time(time));
+  put(raw_, unsigned_time(published.value_or(time)));
   ++state.messages;
   ++message_count_;
   return raw_;

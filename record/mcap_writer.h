@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -50,11 +51,12 @@ class Writer {
   std::uint16_t add_schema(std::string_view name, std::string_view encoding, std::string_view data);
   std::uint16_t add_channel(std::uint16_t schema, std::string_view topic, std::string_view encoding, const Map& meta);
 
-  /// Opens a message in the chunk; append its bytes to the string, then call end_message. Times never go back.
-  std::string& begin_message(std::uint16_t channel, Nanoseconds time);
+  /// Opens a message in the chunk; append its bytes to the string, then call end_message.
+  /// @param published  when it was sent, if that is another time than `time`
+  std::string& begin_message(std::uint16_t channel, Nanoseconds time, std::optional<Nanoseconds> published = {});
   void end_message();
 
-  /// Raw bytes in the open chunk, and the time of its first message.
+  /// Raw bytes in the open chunk, and the least time of its messages.
   [[nodiscard]] std::size_t open_bytes() const { return raw_.size(); }
   [[nodiscard]] Nanoseconds open_since() const { return chunk_start_; }
 

@@ -1,12 +1,15 @@
 #include "record/recording.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
 
 #include <algorithm>
 #include <set>
 
+#include "core/base/utf8.h"
 #include "foxglove/Log.pb.h"
 #include "record/byte_source.h"
+#include "record/chunk_compression.h"
 #include "record/decode.h"
 #include "record/mcap_reader.h"
 #include "record/parse_message.h"
@@ -34,7 +37,7 @@ bool next_message(std::string_view raw, std::size_t& offset, std::uint16_t& id, 
     id = cursor.get<std::uint16_t>();
     view.sequence = cursor.get<std::uint32_t>();
     view.time = static_cast<Nanoseconds>(cursor.get<std::uint64_t>());
-    cursor.get<std::uint64_t>();
+    view.published = static_cast<Nanoseconds>(cursor.get<std::uint64_t>());
     const std::string_view data = cursor.take(cursor.left());
     view.data = std::as_bytes(std::span(data));
     return true;
@@ -58,12 +61,16 @@ struct Recording::Impl {
   mutable std::uint64_t visited_bytes = 0;           ///< by all passes so far
   std::uint64_t message_count = 0;
   Nanoseconds start = 0, end = 0;
+  std::map<std::string, std::size_t> unknown_compressions;  ///< chunks of each
+  std::vector<std::string> unread;
 
   /// Keeps the stretches that unpack, each message once, and counts their messages.
   void take_stretches();
   void keep(mcap::Stretch stretch, std::string raw);
   void take_stretch(std::string_view raw);
   void list_channels();
+  /// Names what is whole and cannot be read, and messages of channels that nobody defines.
+  void list_unread();
   template <class Visit>
   void visit_messages(std::string_view raw, Visit&& visit) const;
   [[nodiscard]] const ChannelInfo* channel(std::uint16_t id) const;
@@ -90,6 +97,8 @@ Result<Recording> Recording::open(const std::filesystem::path& path) {
 Result<Recording> Recording::from_bytes(std::string bytes) { return from_source(ByteSource(std::move(bytes))); }
 
 Result<Recording> Recording::from_source(ByteSource source) {
+  // What does not parse is told as damage; protobuf's own words on stderr would come besides.
+  [[maybe_unused]] static const auto silenced = google::protobuf::SetLogHandler(nullptr);
   auto impl = std::make_unique<Impl>(std::move(source));
   Result<mcap::Contents> contents = mcap::scan(impl->source);
   if (!contents) return std::unexpected(std::move(contents.error()));
@@ -98,6 +107,7 @@ Result<Recording> Recording::from_source(ByteSource source) {
   if (const std::size_t more = impl->contents.unlisted_damage; more > 0)
     impl->contents.damage.push_back(fmt::format("and {} more of this kind", more));
   impl->list_channels();
+  impl->list_unread();
   for (const auto& attachment : impl->contents.attachments)
     impl->attachments.push_back({attachment.name, attachment.media_type, attachment.size});
   return Recording(std::move(impl));
@@ -116,6 +126,10 @@ void Recording::Impl::take_stretches() {
   mcap::Stretch held;
   std::string held_raw;
   for (mcap::Stretch& stretch : found) {
+    if (!mcap::is_known_compression(stretch.compression)) {
+      ++unknown_compressions[stretch.compression];
+      continue;
+    }
     auto raw = mcap::unpack(source, stretch);
     if (!raw) {
       note_damage(contents, fmt::format("chunk at byte {}: {}", stretch.offset, raw.error()));
@@ -182,6 +196,16 @@ void Recording::Impl::list_channels() {
   }
 }
 
+void Recording::Impl::list_unread() {
+  for (const auto& [name, count] : unknown_compressions)
+    unread.push_back(fmt::format("{} {} compressed with '{}', which is not read", count,
+                                 count == 1 ? "chunk is" : "chunks are", cut_utf8(to_valid_utf8(name), 40)));
+  contents.damage.insert(contents.damage.end(), unread.begin(), unread.end());
+  std::size_t orphans = 0;
+  for (const auto& [id, count] : rows) orphans += contents.channels.contains(id) ? 0 : count;
+  if (orphans > 0) contents.damage.push_back(fmt::format("{} messages of channels that are not defined", orphans));
+}
+
 std::string_view Recording::schema_data(const ChannelInfo& channel) const {
   const auto record = impl_->contents.channels.find(channel.id);
   if (record == impl_->contents.channels.end()) return {};
@@ -223,6 +247,19 @@ std::optional<std::string> Recording::attachment(std::string_view name) const {
 
 std::optional<std::uint64_t> Recording::truncated_at() const { return impl_->contents.truncated_at; }
 const std::vector<std::string>& Recording::damage() const { return impl_->contents.damage; }
+const std::vector<std::string>& Recording::unread() const { return impl_->unread; }
+
+std::vector<std::string> Recording::lost() const {
+  std::vector<std::string> lost = damage();
+  if (truncated_at()) std::erase(lost, mcap::truncation(*truncated_at()));
+  return lost;
+}
+
+bool Recording::decodes(const ChannelInfo& channel) {
+  const bool is_digest = channel.encoding == "protobuf" && channel.schema == kDigestSchema;
+  return has_columns(channel) || is_event_channel(channel) || is_digest;
+}
+
 std::uint64_t Recording::message_count() const { return impl_->message_count; }
 Nanoseconds Recording::start_time() const { return impl_->start; }
 Nanoseconds Recording::end_time() const { return impl_->end; }

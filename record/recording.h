@@ -50,6 +50,7 @@ struct ChannelInfo {
 struct MessageView {
   const ChannelInfo* channel = nullptr;
   Nanoseconds time = 0;
+  Nanoseconds published = 0;  ///< when it was sent; of what takt writes the same as `time`
   std::uint32_t sequence = 0;
   std::span<const std::byte> data;
 };
@@ -113,6 +114,13 @@ class Recording {
   [[nodiscard]] std::optional<std::uint64_t> truncated_at() const;
   /// Damage in words, with byte positions: "truncated at byte N", "chunk at byte N: checksum". Empty: all is well.
   [[nodiscard]] const std::vector<std::string>& damage() const;
+  /// Damage but for a torn end, behind which nothing is lost that the times of messages do not show.
+  [[nodiscard]] std::vector<std::string> lost() const;
+  /// What is whole and not read, in words, part of damage(): compressions that are not known.
+  [[nodiscard]] const std::vector<std::string>& unread() const;
+  /// True for messages that become numbers, events or digests; others are bytes: an encoding other than protobuf, or a
+  /// message type that is not known.
+  [[nodiscard]] static bool decodes(const ChannelInfo& channel);
 
   [[nodiscard]] std::uint64_t message_count() const;
   /// Time of the first and last message; 0 if there is none.

@@ -1,6 +1,5 @@
 #include "record/recover.h"
 
-#include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
@@ -48,26 +47,39 @@ class Copy {
   void copy(const MessageView& message) {
     const auto id = ids_.find(message.channel->id);
     if (id == ids_.end()) return;
-    last_ = std::max(last_, message.time);  // times never go back
-    to_.begin_message(id->second, last_)
+    to_.begin_message(id->second, message.time, message.published)
         .append(reinterpret_cast<const char*>(message.data.data()), message.data.size());
     to_.end_message();
     ++recovered_.messages;
-    if (to_.open_bytes() >= kChunkBytes || last_ - to_.open_since() >= kChunkTime) to_.close_chunk();
+    if (to_.open_bytes() >= kChunkBytes || message.time - to_.open_since() >= kChunkTime) to_.close_chunk();
   }
 
   const Recording& from_;
   mcap::Writer& to_;
   std::map<std::uint16_t, std::uint16_t> ids_;
-  Nanoseconds last_ = 0;
   Recovered recovered_;
 };
+
+/// What is whole and not read would be gone from the copy, and a copy of nothing is none.
+Diagnostics check(const Recording& from) {
+  Diagnostics diagnostics;
+  for (const std::string& unread : from.unread())
+    diagnostics.error(Code::kFileNotReadable, "", unread, "Write it without compression, with zstd or with lz4");
+  const auto lost = from.lost();
+  if (!diagnostics.has_errors() && from.message_count() == 0 && !lost.empty())
+    diagnostics.error(Code::kFileNotReadable, "", fmt::format("no message can be read; {}", lost.front()));
+  return diagnostics;
+}
 
 }  // namespace
 
 Result<Recovered> recover(const std::filesystem::path& source, const std::filesystem::path& target) {
   const auto from = Recording::open(source);
   if (!from) return std::unexpected(from.error());
+  if (Diagnostics diagnostics = check(*from); diagnostics.has_errors()) {
+    diagnostics.set_file(source.string());
+    return std::unexpected(std::move(diagnostics));
+  }
   mcap::Writer to(target, kZstdLevel, kChunkBytes);
   Recovered recovered;
   if (to.error().empty()) recovered = Copy(*from, to).all();

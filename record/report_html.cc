@@ -63,7 +63,15 @@ void add_verdict(std::string& page, const Comparison& c) {
                       xml_text(c.name_b));
   page += fmt::format("<p>{} of {} columns judged are outside. {}.</p>", failed,
                       std::ranges::count_if(c.columns, is_judged), xml_text(sentence(digest_text(c))));
+  if (c.departure) page += fmt::format("<p><b>First departure</b> {}</p>", xml_text(departure_text(*c.departure)));
+  page += fmt::format("<p>Judged: {}.</p>", xml_text(share_text(c)));
   add_list(page, "Missing", c.missing);
+  std::vector<std::string> durations, differences;
+  for (const StepDuration* step : other_durations(c)) durations.push_back(duration_text(*step));
+  durations.resize(std::min<std::size_t>(durations.size(), 100));
+  for (const ScenarioDifference& one : c.scenario_differences) differences.push_back(difference_text(one));
+  add_list(page, "Steps that took another time", durations);
+  add_list(page, "Scenarios", differences);
   add_list(page, "To know", c.notes);
   page += "</div>";
 }
@@ -121,16 +129,10 @@ void add_pictures(std::string& page, const std::vector<const ColumnComparison*>&
 }  // namespace
 
 std::string to_html(const Comparison& comparison) {
-  std::vector<const ColumnComparison*> failed, inside, shown;
-  for (const ColumnComparison& c : comparison.columns) {
-    (!c.passed ? failed : is_judged(c) ? inside : shown).push_back(&c);
-  }
-  const auto worst_first = [](std::vector<const ColumnComparison*>& columns) {
-    std::ranges::stable_sort(columns, std::greater{}, [](const ColumnComparison* c) {
-      return c->tolerance.dv > 0.0 ? c->max_deviation / c->tolerance.dv : c->max_deviation;
-    });
-  };
-  worst_first(failed);
+  std::vector<const ColumnComparison*> inside, shown;
+  for (const ColumnComparison& c : comparison.columns)
+    if (c.passed) (is_judged(c) ? inside : shown).push_back(&c);
+  const auto failed = failed_columns(comparison);
 
   std::string page =
       "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">"

@@ -29,6 +29,7 @@ SECTIONS = [
     ("channel", "Channel", "A value that nets exchange with each other and with the outside."),
     ("fault", "Fault", "A fault, or an action of a person at the cabinet, at a given time of the run."),
     ("operator_action", "Operator action", "What an operator does at the panel, at a given time or step."),
+    ("tolerance", "Golden tolerance", "How closely columns of a recording have to follow the golden ([recording.md](recording.md#comparing))."),
     ("sub_program", "Called program", "A program that the step `call` runs."),
     ("declarations", "Variables", "Variables by name. The short form is a value: number, Boolean, text, list, expression or pose."),
     ("condition", "Condition", "A comparison of a measured value, the state of a device, or a combination of conditions."),

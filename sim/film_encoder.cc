@@ -21,6 +21,7 @@
 
 // GCC leaves the conversion loops scalar at -O2.
 #if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
 #pragma GCC optimize("O3")
 #endif
 
@@ -235,3 +236,8 @@ Result<void> FilmEncoder::finish() {
 }
 
 }  // namespace takt::sim
+
+// What follows in a batch of files keeps its own level.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif

@@ -6,6 +6,7 @@
 
 // GCC leaves the row loops scalar at -O2.
 #if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
 #pragma GCC optimize("O3")
 #endif
 
@@ -112,3 +113,8 @@ void EdgeSmoother::smooth(Image& image) {
 }
 
 }  // namespace takt::sim
+
+// What follows in a batch of files keeps its own level.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif

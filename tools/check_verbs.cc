@@ -207,11 +207,9 @@ void interrupt(const InterruptionArguments& arguments, const Common& common, Ver
 /// When it failed: where it left its golden first, else at its end.
 FailureMoment moment_of(const Verified& verified) {
   FailureMoment moment{.time = verified.run.sim_time, .at_end = true};
-  if (!verified.golden) return moment;
-  for (const record::ColumnComparison& column : verified.golden->columns) {
-    if (column.passed || to_seconds(column.time) >= moment.time) continue;
-    moment = {.time = to_seconds(column.time), .at_end = false};
-  }
+  if (!verified.golden || !verified.golden->departure) return moment;
+  const double left = to_seconds(verified.golden->departure->time);
+  if (left < moment.time) moment = {.time = left, .at_end = false};
   return moment;
 }
 
@@ -265,6 +263,25 @@ Json describe(const Verified& verified) {
   if (!verified.film.empty()) json["film"] = verified.film;
   json["diagnostics"] = to_json(verified.diagnostics);
   return json;
+}
+
+/// Why a run whose expectations hold is no success all the same.
+std::string failure_of(const Verified& verified) {
+  if (verified.golden && !verified.golden->passed) return "failed: the run differs from its golden";
+  if (verified.tries && !verified.tries->held()) return "failed: an interruption leaves something behind";
+  return "error: the golden cannot be compared";
+}
+
+/// The verdict of all that was judged comes first: what follows "passed" takes nothing back.
+std::string text_of(const Verified& verified) {
+  const std::string file = verified.file.string();
+  std::string text = to_text(verified.run, file);
+  const std::string golden = verified.golden ? record::to_text(*verified.golden) : std::string();
+  const bool took_back = verified.run.verdict == scenario::Verdict::kPassed && verified.status != kHeld;
+  if (!took_back) return text + golden;
+  const std::string rest = text.substr(text.find('\n') + 1);
+  const bool left = verified.golden && !verified.golden->passed;
+  return fmt::format("{}: {}\n{}", file, failure_of(verified), left ? golden + rest : rest + golden);
 }
 
 std::string errors_of(const Diagnostics& diagnostics) {
@@ -340,8 +357,7 @@ int verify(const VerifyArguments& arguments, const Common& common) {
     suites.push_back(suite_of(verified));
     fmt::print(stderr, "{}{}", to_located_text(verified.run.diagnostics), to_located_text(verified.diagnostics));
     if (common.json) continue;
-    fmt::print("{}", to_text(verified.run, verified.file.string()));
-    if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));
+    fmt::print("{}", text_of(verified));
     if (verified.tries) fmt::print("{}", to_text(*verified.tries));
     if (!verified.film.empty()) fmt::print("  film {}\n", verified.film);
   }

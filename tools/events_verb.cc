@@ -8,9 +8,11 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "core/base/text_location.h"
 #include "record/recording.h"
 #include "scenario/run_log.h"
 #include "tools/cli.h"
+#include "tools/unread.h"
 
 namespace takt::tools {
 namespace {
@@ -59,6 +61,13 @@ Result<std::vector<LogEntry>> entries_of(const record::Recording& recording) {
   return entries;
 }
 
+/// By its message type, whatever its encoding.
+bool may_have_events(const record::ChannelInfo& channel) {
+  std::string schema = channel.schema;
+  std::ranges::transform(schema, schema.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return schema.ends_with("log") || schema.ends_with("event");
+}
+
 Diagnostics check(const EventsArguments& arguments) {
   Diagnostics diagnostics;
   if (!scenario::log_level_named(arguments.level))
@@ -76,21 +85,30 @@ int events(const EventsArguments& arguments, const Common& common) {
     entries.error().set_file(arguments.recording);
     return report(entries.error(), common);
   }
+  // Where nothing is read as events, every topic may have some.
+  const bool any_read = !topics_of(*recording).empty();
+  const Diagnostics unread = unread_parts(*recording, arguments.recording, [&](const record::ChannelInfo& channel) {
+    return !any_read || may_have_events(channel);
+  });
   const auto least = *scenario::log_level_named(arguments.level);
   std::erase_if(*entries, [&](const LogEntry& entry) {
     const bool of_source =
         arguments.sources.empty() || std::ranges::find(arguments.sources, entry.source) != arguments.sources.end();
     return entry.level < least || !of_source;
   });
-  for (const std::string& damage : recording->damage()) fmt::print(stderr, "{}: {}\n", arguments.recording, damage);
+  if (unread.has_errors() && entries->empty()) return report(unread, common);
+  const int status = unread.has_errors() ? kBadInput : kHeld;
+  fmt::print(stderr, "{}", to_located_text(unread));
   if (common.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const LogEntry& entry : *entries) list.push_back(to_json(entry));
-    print({{"result", "read"}, {"events", std::move(list)}});
-    return kHeld;
+    print({{"result", status == kHeld ? "read" : "partly read"},
+           {"events", std::move(list)},
+           {"diagnostics", to_json(unread)}});
+    return status;
   }
   for (const LogEntry& entry : *entries) fmt::print("{}\n", to_text(entry));
-  return kHeld;
+  return status;
 }
 
 }  // namespace

@@ -7,9 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/output_file.h"
+#include "core/base/text_location.h"
 #include "record/export.h"
 #include "record/recover.h"
 #include "tools/cli.h"
+#include "tools/unread.h"
 
 namespace takt::tools {
 namespace {
@@ -86,13 +88,19 @@ int export_recording(const ExportArguments& arguments, const Common& common) {
     }
   }
   if (diagnostics.has_errors()) return report(diagnostics, common);
-  for (const std::string& damage : recording->damage()) fmt::print(stderr, "{}: {}\n", arguments.recording, damage);
+  // Messages of types without numbers, such as pictures, are missed only where nothing else is written.
+  const Diagnostics unread = unread_parts(*recording, arguments.recording, [&](const record::ChannelInfo& channel) {
+    return !arguments.csv.empty() && arguments.topics.empty() && (products.empty() || channel.encoding != "protobuf");
+  });
+  if (unread.has_errors() && products.empty()) return report(unread, common);
+  fmt::print(stderr, "{}", to_located_text(unread));
+  const bool all = !unread.has_errors();
   if (common.json) {
-    print({{"result", "exported"}, {"products", products}});
+    print({{"result", all ? "exported" : "partly exported"}, {"products", products}, {"diagnostics", to_json(unread)}});
   } else {
     for (const std::string& product : products) fmt::print("wrote {}\n", product);
   }
-  return kHeld;
+  return all ? kHeld : kBadInput;
 }
 
 struct RecoverArguments {

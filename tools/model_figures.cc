@@ -175,19 +175,49 @@ void print_arm(const device::ArmDescription& arm) {
   print_joints(arm);
 }
 
+Json gripper_json(const device::GripperDescription& gripper) {
+  return {{"title", gripper.title},
+          {"stroke", gripper.stroke},
+          {"force_min", gripper.force_min},
+          {"force_max", gripper.force_max},
+          {"speed_min", gripper.speed_min},
+          {"speed_max", gripper.speed_max},
+          {"acceleration", gripper.acceleration},
+          {"length", gripper.X_MT.translation().norm()},
+          {"pad_friction", gripper.pad_friction},
+          {"cycle_ms", static_cast<double>(gripper.cycle) / 1e6}};
+}
+
+void print_gripper(const device::GripperDescription& gripper) {
+  const Eigen::Vector3d p = gripper.X_MT.translation();
+  fmt::print("  stroke              {:g} mm between the pads, {:g} to {:g} mm/s\n", 1e3 * gripper.stroke,
+             1e3 * gripper.speed_min, 1e3 * gripper.speed_max);
+  fmt::print("  force               {:g} to {:g} N, of both fingers together; friction of the pads {:g}\n",
+             gripper.force_min, gripper.force_max, gripper.pad_friction);
+  fmt::print("  size                the tool centre point lies {:g} mm from the mount, at ({:g}, {:g}, {:g}) m\n",
+             1e3 * p.norm(), p.x(), p.y(), p.z());
+  fmt::print("  cycle               {:g} ms\n", static_cast<double>(gripper.cycle) / 1e6);
+}
+
 }  // namespace
 
 int print_figures(const std::string& name, const std::string& kind, const kinematics::RobotModel& robot,
-                  const device::ArmDescription* arm, const Common& common) {
+                  const device::ArmDescription* arm, const device::GripperDescription* gripper, const Common& common) {
   if (common.json) {
     Json json = {{"model", name}, {"kind", kind}, {"mass", robot.total_mass()}, {"links", links_json(robot)}};
     if (arm != nullptr) json.update(arm_json(*arm));
+    if (gripper != nullptr) json.update(gripper_json(*gripper));
     if (const auto* base = dynamic_cast<const device::BaseDescription*>(arm)) json["drive"] = drive_json(*base);
     print(json);
     return kHeld;
   }
-  fmt::print("{}: {}, {:.3f} kg\n", name, arm != nullptr ? arm->title : kind, robot.total_mass());
+  fmt::print("{}: {}, {:.3f} kg\n", name,
+             arm != nullptr       ? arm->title
+             : gripper != nullptr ? gripper->title
+                                  : kind,
+             robot.total_mass());
   if (arm != nullptr) print_arm(*arm);
+  if (gripper != nullptr) print_gripper(*gripper);
   print_links(robot);
   return kHeld;
 }

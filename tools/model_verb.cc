@@ -35,7 +35,8 @@ struct ModelArguments {
 struct LoadedModel {
   std::string kind;
   std::shared_ptr<const kinematics::RobotModel> robot;
-  std::shared_ptr<const device::ArmDescription> arm;  ///< or base; null for any other kind
+  std::shared_ptr<const device::ArmDescription> arm;          ///< or base; null for any other kind
+  std::shared_ptr<const device::GripperDescription> gripper;  ///< null for any other kind
 };
 
 /// An arm, or a base, which is one of three joints.
@@ -58,6 +59,11 @@ Result<LoadedModel> load(const std::string& name, const Common& common) {
     model.arm = *arm;
     model.robot = (*arm)->robot;
     return model;
+  }
+  if (model.kind == "gripper") {
+    const auto gripper = device::read_gripper(*folder);
+    if (!gripper) return std::unexpected(gripper.error());
+    model.gripper = *gripper;
   }
   auto robot = kinematics::RobotModel::load(*folder / (folder->filename().string() + ".urdf"));
   if (!robot) return std::unexpected(robot.error());
@@ -148,7 +154,7 @@ int model(const ModelArguments& arguments, const Common& common) {
   if (!arguments.fk.empty()) return print_forward(*model->arm, arguments.fk, common);
   if (!arguments.ik.pose.empty()) return print_inverse(*model->arm, arguments.ik, common);
   if (!common.json && (!arguments.image.empty() || !arguments.reach.empty())) return kHeld;
-  return print_figures(arguments.name, model->kind, *model->robot, model->arm.get(), common);
+  return print_figures(arguments.name, model->kind, *model->robot, model->arm.get(), model->gripper.get(), common);
 }
 
 }  // namespace

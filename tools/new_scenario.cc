@@ -21,9 +21,12 @@ bool is_file_name(const std::string& name) {
          std::ranges::all_of(name, [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
 }
 
+/// To the centimetre, as the shortest decimal number.
+double to_centimetre(double value) { return std::round(100.0 * value) / 100.0; }
+
 /// Where the block lies: on the floor, to the side, out of the way of an arm of this reach.
 Json block_beside(double reach) {
-  const double y = std::round(100.0 * (0.6 * reach + 0.1)) / 100.0;
+  const double y = to_centimetre(0.6 * reach + 0.1);
   return {{"shape", "box"},
           {"size_m", {0.1, 0.1, 0.1}},
           {"at", {{"in", "world"}, {"position_m", {0.0, y, 0.05}}}},
@@ -31,9 +34,9 @@ Json block_beside(double reach) {
 }
 
 Json camera_at(double reach) {
-  const double away = std::round(10.0 * (1.8 * reach + 0.6)) / 10.0;
-  return {{"at", {{"position_m", {away, -0.8 * away, 0.8 * away}}}},
-          {"look_at", {{"position_m", {0.0, 0.0, std::round(10.0 * 0.4 * reach) / 10.0}}}},
+  const double away = std::round(10.0 * (1.8 * reach + 0.6)) / 10.0, aside = to_centimetre(0.8 * away);
+  return {{"at", {{"position_m", {away, -aside, aside}}}},
+          {"look_at", {{"position_m", {0.0, 0.0, std::round(4.0 * reach) / 10.0}}}},
           {"fovy_deg", 34}};
 }
 
@@ -56,6 +59,47 @@ Json program_of(const device::ArmDescription& arm) {
             {{"do", "ptp"}, {"name", "to the side"}, {"to", {{"joints_deg", joints}}}, {"speed", 0.5}},
             {{"do", "wait"}, {"name", "a moment"}, {"seconds", 0.5}},
             {{"do", "ptp"}, {"name", "home"}, {"to", "home"}, {"speed", 0.5}}}}};
+}
+
+/// The schema as seen from the folder of the scenario; empty: there is none to be found.
+std::string schema_of(const ScenarioOptions& options) {
+  std::error_code error;
+  if (options.schema.empty() || !std::filesystem::exists(options.schema, error)) return {};
+  const auto folder = options.out.empty() ? std::filesystem::path(".") : options.out;
+  const auto path = std::filesystem::relative(options.schema, folder, error);
+  return error ? std::string() : path.generic_string();
+}
+
+/// A blank behind each comma and colon outside of texts.
+std::string spaced(std::string_view json) {
+  std::string text;
+  bool inside = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const bool quote = json[i] == '"' && (i == 0 || json[i - 1] != '\\');
+    inside = inside != quote;
+    text += json[i];
+    if (!inside && (json[i] == ',' || json[i] == ':')) text += ' ';
+  }
+  return text;
+}
+
+/// Indented, but for what fits on a line: vectors, and objects of a few values.
+std::string written_out(const Json& json, std::size_t indent = 0) {
+  constexpr std::size_t kLine = 100;
+  const std::string inline_form = json.dump();
+  const bool is_list = json.is_array();
+  if ((!is_list && !json.is_object()) || json.empty()) return inline_form;
+  const auto is_nested = [](const Json& one) { return one.is_structured() && !one.empty(); };
+  const bool nested = std::ranges::any_of(json, is_nested);
+  if (indent + inline_form.size() <= kLine && (!nested || !is_list) && indent > 0) return spaced(inline_form);
+  const std::string margin(indent + 2, ' ');
+  std::string text(1, is_list ? '[' : '{');
+  for (auto member = json.begin(); member != json.end(); ++member) {
+    text += fmt::format("{}\n{}", member == json.begin() ? "" : ",", margin);
+    if (!is_list) text += fmt::format("{}: ", Json(member.key()).dump());
+    text += written_out(*member, indent + 2);
+  }
+  return text + "\n" + std::string(indent, ' ') + (is_list ? ']' : '}');
 }
 
 Json scenario_of(const ScenarioOptions& options, const device::ArmDescription& arm) {
@@ -90,7 +134,11 @@ Result<std::filesystem::path> new_scenario(const ScenarioOptions& options, const
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored))
     return failure(Code::kFileNotWritable, "NAME", fmt::format("'{}' is there already", file.string()), "another name");
-  const Diagnostics written = write_file(file, scenario_of(options, **arm).dump(2) + "\n", "--out");
+  if (!options.out.empty()) std::filesystem::create_directories(options.out, ignored);
+  Json scenario = Json::object();
+  if (const std::string schema = schema_of(options); !schema.empty()) scenario["$schema"] = schema;
+  scenario.update(scenario_of(options, **arm));
+  const Diagnostics written = write_file(file, written_out(scenario) + "\n", "--out");
   if (written.has_errors()) return std::unexpected(written);
   return file;
 }

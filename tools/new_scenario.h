@@ -10,7 +10,8 @@ namespace takt::tools {
 struct ScenarioOptions {
   std::string name;              ///< of the file, without ".json": letters, digits, '_', '-'
   std::string arm = "lwr4plus";  ///< its model
-  std::filesystem::path out;     ///< folder; empty: the one that takt was called in
+  std::filesystem::path out;     ///< folder, made if it is not there; empty: the one that takt was called in
+  std::filesystem::path schema;  ///< of scenario files, for editors; left out where there is no such file
 };
 
 /// A scenario file to begin with: an arm, a block beside it, a camera, a short program and expectations, which

@@ -101,7 +101,8 @@ void add_object_options(CLI::App& verb, ObjectOptions& object) {
 }
 
 int make_scenario(const ImportOptions& options, const std::string& arm, const Common& common) {
-  const ScenarioOptions wanted{.name = options.name, .arm = arm, .out = options.out};
+  const ScenarioOptions wanted{
+      .name = options.name, .arm = arm, .out = options.out, .schema = common.root / "schemas/scenario.schema.json"};
   const auto file = new_scenario(wanted, common.library());
   if (!file) return report(file.error(), common);
   if (common.json) {

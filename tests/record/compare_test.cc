@@ -441,17 +441,42 @@ TEST(Golden, NoiseMayTakeHalfOfTheTolerance) {
 }
 
 TEST(Golden, MistakesInTheFileAreAllTold) {
-  const std::string text = R"({"takt_golden": 1, "scenario": 3, "reason": "", "cycles": 1, "end_s": 1, "digest": "",
-    "event_tolerance": {"kind": "tub", "dt_s": 1, "dv": 1}, "events": [{"topic": "/e"}],
+  const std::string text = R"({"takt_golden": 2, "scenario": 3, "reason": "", "cycles": 1, "end_s": 1, "digest": "",
+    "event_tolerance": {"kind": "tub", "dt_s": 1, "dv": 1}, "steps": ["a"],
+    "events": [["program", "begin"], ["program", "begin", 0, 7]],
+    "grids": [{"topic": "/a", "start_s": 0, "period_s": 0, "samples": 3}],
     "columns": [{"topic": "/a", "column": "c", "unit": "", "tolerance": {"kind": "tube", "dt_s": 0, "dv": 1},
-                 "thinning": 0, "time_s": [1, 0.5, 2], "value": [1, null]}]})";
+                 "thinning": 0, "time_s": [1, 0.5, 2], "value": [1, null]},
+                {"topic": "/a", "column": "d", "unit": "", "tolerance": {"kind": "tube", "dt_s": 0, "dv": 1},
+                 "thinning": 0, "curve": {"pieces": "00", "exponent": 99, "follows": ["/a"], "hold": [1, "x"]}}]})";
   const auto golden = golden_from_json(nlohmann::ordered_json::parse(text));
   ASSERT_FALSE(golden);
   EXPECT_THAT(golden, AllOf(Reports(Code::kWrongType, "/scenario"),
                             Reports(Code::kUnknownName, "/event_tolerance/kind", {"tub", "tube"}),
-                            Reports(Code::kMissing, "/events/0"), Reports(Code::kWrongSize, "/columns/0", {"3", "2"}),
+                            Reports(Code::kWrongType, "/events/0"), Reports(Code::kOutOfRange, "/events/1/3", {"7"}),
+                            Reports(Code::kWrongSize, "/columns/0", {"3", "2"}),
                             Reports(Code::kOutOfRange, "/columns/0/time_s")));
+  EXPECT_THAT(golden, AllOf(Reports(Code::kOutOfRange, "/grids/0/period_s"),
+                            Reports(Code::kOutOfRange, "/columns/1/curve/exponent", {"-30", "30"}),
+                            Reports(Code::kWrongSize, "/columns/1/curve/follows"),
+                            Reports(Code::kWrongType, "/columns/1/curve/hold")));
   EXPECT_THAT(golden_from_json(nlohmann::ordered_json::parse("[]")), Reports(Code::kMissing, "", {"takt_golden"}));
+  EXPECT_THAT(golden_from_json(nlohmann::ordered_json::parse(R"({"takt_golden": 1})")),
+              Reports(Code::kIncompatible, "/takt_golden", {"1", "2"}));
+}
+
+/// Pieces that are too few for the grid, and a column that follows what is not there.
+TEST(Golden, CurvesThatCannotBeHadAreRefused) {
+  const Golden golden = make_golden(run(300), bless_options()).value();
+  for (const auto& [key, value] : std::map<std::string, nlohmann::ordered_json>{
+           {"pieces", "0"}, {"pieces", "&&"}, {"follows", {"/left/joints", "a9.position"}}}) {
+    auto json = nlohmann::ordered_json::parse(golden_to_text(golden));
+    json["columns"][2]["curve"][key] = value;
+    EXPECT_THAT(golden_from_json(json), Reports(Code::kInvalidValue, "/columns/2/curve")) << value;
+  }
+  auto json = nlohmann::ordered_json::parse(golden_to_text(golden));
+  json["grids"][0]["samples"] = 1'000'000'000;
+  EXPECT_THAT(golden_from_json(json), Reports(Code::kTooLarge, "/columns"));
 }
 
 }  // namespace
