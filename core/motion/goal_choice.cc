@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "core/kinematics/joint_range.h"
 #include "core/kinematics/solutions.h"
 #include "core/motion/plan_checks.h"
 
@@ -28,9 +29,9 @@ Result<JointVector> choose_solution(const kinematics::Chain& chain, const JointL
     return failure(Code::kUnreachable, "/goal",
                    fmt::format("the pose is out of reach ({:.3f} m from the base)", p.norm()));
   }
+  for (JointVector& q : solutions) q = kinematics::into_range(q, limits.lower, limits.upper);
   std::erase_if(solutions, [&](const JointVector& q) {
-    return ((q - limits.lower).array() < -kRangeTolerance).any() ||
-           ((q - limits.upper).array() > kRangeTolerance).any();
+    return ((q - limits.lower).array() < 0.0).any() || ((q - limits.upper).array() > 0.0).any();
   });
   if (solutions.empty())
     return failure(Code::kUnreachable, "/goal", "the pose is reachable outside the ranges of the joints only");
