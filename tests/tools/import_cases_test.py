@@ -2,6 +2,7 @@
 """`takt new robot` with what makers write: half a range, locked joints, placeholders, flat meshes, later versions of URDF.
 A file never gets more range than it allows; what is accepted, the simulator builds; what a guess cannot do is said."""
 import json
+import math
 import os
 import pathlib
 import subprocess
@@ -44,6 +45,28 @@ class Mini:
             for i, name in enumerate(RANGES, 1))
         return (f'<robot name="mini"{self.attributes}>' + "".join(self.links.values()) + joints + self.more + '<link name="tool0"/>'
                 '<joint name="t" type="fixed"><origin xyz="0 0 0.08"/><parent link="l6"/><child link="tool0"/></joint></robot>')
+
+
+def ball_in_collada(rings, sides):
+    """A ball of 0.05 m: rings from pole to pole."""
+    points = [(0.05 * math.sin(math.pi * i / rings) * math.cos(2 * math.pi * k / sides),
+               0.05 * math.sin(math.pi * i / rings) * math.sin(2 * math.pi * k / sides), 0.05 * math.cos(math.pi * i / rings))
+              for i in range(rings + 1) for k in range(sides)]
+    faces = []
+    for i in range(rings):
+        for k in range(sides):
+            a, b, c, d = (sides * (i + u) + (k + v) % sides for u, v in ((0, 0), (0, 1), (1, 0), (1, 1)))
+            faces += ([(a, c, d)] if i < rings - 1 else []) + ([(a, d, b)] if i > 0 else [])
+    numbers, corners = " ".join(f"{x:.6f}" for p in points for x in p), " ".join(str(i) for f in faces for i in f)
+    return f"""<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><unit name="meter" meter="1"/></asset>
+<library_geometries><geometry id="ball"><mesh><source id="p"><float_array id="pa" count="{3 * len(points)}">{numbers}</float_array>
+<technique_common><accessor source="#pa" count="{len(points)}" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="{len(faces)}"><input semantic="VERTEX" source="#v" offset="0"/><p>{corners}</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#ball"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
 
 
 class Cases(unittest.TestCase):
@@ -202,6 +225,14 @@ class Cases(unittest.TestCase):
         run = self.new("noyaml", file="noyaml.xacro")
         self.assertEqual(run.returncode, 2)
         self.assertIn("limits.yaml", run.stderr)
+
+    def test_a_large_collada_file_is_read(self):
+        """A ball of 96 000 triangles: their corners are shared, so our own file is not too large for our reader."""
+        (self.path / "ball.dae").write_text(ball_in_collada(160, 300))
+        self.mini.links["l5"] = link("l5", shape='<mesh filename="ball.dae"/>')
+        self.made("ball")
+        self.assertNotIn("link 'l5' mesh 'ball.dae'", self.notes)
+        self.assertEqual((self.models / "ball/meshes/ball.obj").read_text().count("\nf "), 2 * 300 * 160 - 2 * 300)
 
     def test_a_gripper_can_be_left_out(self):
         hand = link("hand", 0.7) + link("finger", 0.05)
