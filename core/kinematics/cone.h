@@ -1,12 +1,10 @@
 #pragma once
 
-#include <cmath>
-
 #include <Eigen/Geometry>
 
-#include "core/kinematics/lines.h"
-
 namespace takt::kinematics {
+
+struct Angle2;  // lines.h
 
 /// onto_point() with all digits also where p and q are nearly on the axis: there differences of products have none
 /// left, cross products have. Elsewhere the same bits. Realtime: cyclic, as all below.

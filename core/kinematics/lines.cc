@@ -1,7 +1,9 @@
-#include "core/kinematics/cone.h"
+#include "core/kinematics/lines.h"
 
 #include <algorithm>
 #include <numbers>
+
+#include "core/kinematics/cone.h"
 
 namespace takt::kinematics {
 
