@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/kinematics/cone.h"
 #include "core/kinematics/position_quartic.h"
 
 namespace takt::kinematics {
@@ -126,10 +125,10 @@ JointVector ClosedForm::joints(const Angles& angles) const {
 void ClosedForm::solve_shoulder_first(const Eigen::Isometry3d& T, Candidates& found) const {
   // The wrist must come to `goal`. Joints 1 and 2 do not change its distance from the shoulder; joint 3 alone makes it.
   const Vector3d goal = T * wrist_ - shoulder_;
-  for (const double q3 : onto_sphere(axis(2), wrist_ - point(2), shoulder_ - point(2), goal.norm())) {
+  for (const double q3 : onto_sphere(axis(2), wrist_ - point(2), shoulder_ - point(2), goal.norm(), found.margin)) {
     const Vector3d arm = point(2) + turn(axis(2), q3) * (wrist_ - point(2)) - shoulder_;
     // Joint 1 does not change the component along its axis; joint 2 alone makes it.
-    for (const double q2 : onto_cone(axis(1), arm, axis(0), slant(goal, axis(0)))) {
+    for (const double q2 : onto_cone(axis(1), arm, axis(0), slant(goal, axis(0)), found.margin)) {
       const double q1 = onto_point_exactly(axis(0), turn(axis(1), q2) * arm, goal);
       solve_wrist(T, q1, q2, q3, found);
     }
@@ -139,11 +138,11 @@ void ClosedForm::solve_shoulder_first(const Eigen::Isometry3d& T, Candidates& fo
 void ClosedForm::solve_elbow_first(const Eigen::Isometry3d& T, Candidates& found) const {
   // Joints 2 and 3 do not change the wrist's component along their common direction; joint 1 alone makes it.
   const Vector3d goal = T * wrist_ - point(0);
-  for (const double minus_q1 : onto_plane(axis(0), goal, axis(1), axis(1).dot(wrist_ - point(0)))) {
+  for (const double minus_q1 : onto_plane(axis(0), goal, axis(1), axis(1).dot(wrist_ - point(0)), found.margin)) {
     const Vector3d back = turn(axis(0), minus_q1) * goal + point(0) - point(1);
     // In the plane across axis 2: joint 3 makes the distance from axis 2, joint 2 the direction.
     const Vector3d arm = wrist_ - point(2);
-    for (const double q3 : onto_sphere(axis(2), arm, point(1) - point(2), back.norm())) {
+    for (const double q3 : onto_sphere(axis(2), arm, point(1) - point(2), back.norm(), found.margin)) {
       const Vector3d bent = point(2) + turn(axis(2), q3) * arm - point(1);
       solve_wrist(T, -minus_q1, onto_point_exactly(axis(1), bent, back), q3, found);
     }
@@ -160,7 +159,7 @@ void ClosedForm::solve_any_arm(const Eigen::Isometry3d& T, Candidates& found) co
 
 void ClosedForm::solve_wrist(const Eigen::Isometry3d& T, double q1, double q2, double q3, Candidates& found) const {
   const Matrix3d arm = turn(axis(0), q1) * turn(axis(1), q2) * turn(axis(2), q3);
-  const ThreeTurns wrist = three_turns(axis(3), axis(4), axis(5), arm.transpose() * T.linear());
+  const ThreeTurns wrist = three_turns(axis(3), axis(4), axis(5), arm.transpose() * T.linear(), found.margin);
   for (int i = 0; i < wrist.count; ++i) {
     const auto& q = wrist.angles[static_cast<std::size_t>(i)];
     found.add({q1, q2, q3, q[0], q[1], q[2]});
@@ -171,11 +170,11 @@ void ClosedForm::solve_three_parallel(const Eigen::Isometry3d& T, Candidates& fo
   const Vector3d& h = axis(1);
   // Joints 5 and 6 leave the meeting point of their axes, joints 2 to 4 its component along h; joint 1 alone makes it.
   const Vector3d goal = T * wrist_ - point(0);
-  for (const double minus_q1 : onto_plane(axis(0), goal, h, h.dot(wrist_ - point(0)))) {
+  for (const double minus_q1 : onto_plane(axis(0), goal, h, h.dot(wrist_ - point(0)), found.margin)) {
     // Seen from joint 1, the angle of axis 6 to h is joint 5's, and that of h, seen from axis 6's end, joint 6's.
     const Vector3d h_seen = turn(axis(0), -minus_q1) * h;
     const Vector3d h_6 = T.linear().transpose() * h_seen;
-    for (const double q5 : onto_cone(axis(4), axis(5), h, slant(h_6, axis(5)))) {
+    for (const double q5 : onto_cone(axis(4), axis(5), h, slant(h_6, axis(5)), found.margin)) {
       const Vector3d h_5 = turn(axis(4), -q5) * h;
       solve_planar(T, -minus_q1, q5, -onto_point_exactly(axis(5), h_5, h_6), found);
       if (axis(5).cross(h_5).norm() < kInLine) solve_free_turn(T, -minus_q1, q5, found);
@@ -209,7 +208,7 @@ void ClosedForm::solve_planar(const Eigen::Isometry3d& T, double q1, double q5, 
   const Vector3d arm = point(3) - point(2);
   const Vector3d across = h.unitOrthogonal();
   const double whole = onto_point_exactly(h, across, R * across);
-  for (const double q3 : onto_sphere(h, arm, point(1) - point(2), in_plane.norm())) {
+  for (const double q3 : onto_sphere(h, arm, point(1) - point(2), in_plane.norm(), found.margin)) {
     const Vector3d bent = point(2) + turn(h, q3) * arm - point(1);
     const double q2 = onto_point_exactly(h, bent, in_plane);
     // Axes 2 to 4 may point either way along h.

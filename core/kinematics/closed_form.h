@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "core/kinematics/chain.h"
+#include "core/kinematics/cone.h"
 #include "core/kinematics/lines.h"
 #include "core/kinematics/types.h"
 
@@ -37,6 +38,7 @@ class ClosedForm {
   struct Candidates {
     std::array<Angles, 64> angles;
     int count = 0;
+    double margin = kExact;  ///< how far a pose may be out of reach (cone.h) to get guesses beside it
     void add(const Angles& next) {
       if (count < static_cast<int>(angles.size())) angles[static_cast<std::size_t>(count++)] = next;
     }
@@ -48,9 +50,8 @@ class ClosedForm {
                                                            const std::vector<int>& held);
 
   /// At most eight candidates in closed form, and more in singular postures of which there is a choice. As good as the
-  /// geometry is exact (kAlmost), near singular postures too: whoever uses them polishes and checks. Where the pose is
-  /// a little out of reach, the candidates are guesses beside it. Limits are not looked at. Realtime: cyclic, bounded,
-  /// no allocation.
+  /// geometry is exact (kAlmost), near singular postures too: whoever uses them polishes and checks. Limits are not
+  /// looked at. @param[in,out] found  in: its margin. Realtime: cyclic, bounded, no allocation.
   void solve(const Eigen::Isometry3d& X_BF, Candidates& found) const;
   /// All joints for a candidate, the held ones at their values. Realtime: cyclic.
   [[nodiscard]] JointVector joints(const Angles& angles) const;

@@ -38,6 +38,7 @@ constexpr int kEnds = 6, kStations = 48, kHalvings = 40;
 constexpr std::size_t kAround = 10;
 constexpr double kAroundBy = 0.2;            // rad or m
 constexpr double kStationStep = kPi / 12.0;  // rad or m
+constexpr double kAtEnd = 1e-10;             // rad or m by which a turn may be outside as others are inside
 constexpr double kDistinct = 1e-5;           // rad or m: two results nearer than this are one solution
 
 class Search {
@@ -60,6 +61,8 @@ class Search {
     } else if (n_ != 6 || !options_.closed_form || !solve_six(middle(), {})) {
       search_free(kFreeSeeds);
     }
+    branches_.clear();
+    for (std::size_t i = 0; i < rough_.size() && (i > 0 || found_.empty()); ++i) take(rough_[i]);
     sort_and_cut();
     return std::move(found_);
   }
@@ -117,6 +120,7 @@ class Search {
   /// All solutions with the held joints at their values. @return false if a free joint slides.
   bool solve_six(const JointVector& q_held, const std::vector<int>& held) {
     const std::size_t before = found_.size();
+    ends_.clear();
     if (!solve_candidates(q_held, held)) return false;
     if (found_.size() > before) return true;
     // In a singular posture two joints share an angle, and the share that a closed form takes may be outside the
@@ -125,8 +129,19 @@ class Search {
     for (const int i : held) q[i] = q_held[i];
     branches_.clear();
     try_seed(q);
-    if (found_.size() == before) search_beside();
+    if (found_.size() > before) return true;
+    if (form_) try_form(kAlmost);
+    const bool beside = found_.size() == before && rough_.empty() && !ends_.empty() && besides_ > 0;
+    besides_ -= beside ? 1 : 0;
+    if (beside) search_beside();
     return true;
+  }
+
+  void try_form(double margin) {
+    ClosedForm::Candidates candidates;
+    candidates.margin = margin;
+    form_->solve(target_, candidates);
+    for (int i = 0; i < candidates.count; ++i) try_seed(form_->joints(candidates.angles[static_cast<std::size_t>(i)]));
   }
 
   bool solve_candidates(const JointVector& q_held, const std::vector<int>& held) {
@@ -135,10 +150,7 @@ class Search {
     if (form_) {
       closed_form_ = true;
       if (n_ == 7) form_at_ = q_held[held.front()];
-      ClosedForm::Candidates candidates;
-      form_->solve(target_, candidates);
-      for (int i = 0; i < candidates.count; ++i)
-        try_seed(form_->joints(candidates.angles[static_cast<std::size_t>(i)]));
+      try_form(kExact);
       return true;
     }
     return solve_any_six(q_held, held);
@@ -344,7 +356,12 @@ class Search {
   // --- one seed ----------------------------------------------------------------------------------------------------
 
   void try_seed(JointVector q) {
-    if (!meets(q, 1e-12) && !converge(q) && !is_met(q)) return;
+    if (meets(q, 1e-12) || (converge(q) && meets(q, 1e-9))) return take(q);
+    if (is_met(q)) rough_.push_back(q);
+  }
+
+  /// A solution, with the turns that are wanted.
+  void take(JointVector q) {
     for (int i = 0; i < n_; ++i) {
       if (turns(i) && std::abs(q[i]) > kPi) q[i] = std::remainder(q[i], 2.0 * kPi);
     }
@@ -395,6 +412,13 @@ class Search {
     return is_in_range(value, chain_.lower()[i], chain_.upper()[i]);
   }
 
+  /// The same for a turn of a joint: one that stands a little outside is one where no other turn is inside.
+  [[nodiscard]] bool fits(int i, double value) const {
+    const auto really = [&](double q) { return q >= chain_.lower()[i] - kAtEnd && q <= chain_.upper()[i] + kAtEnd; };
+    if (really(value) || !inside(i, value)) return really(value);
+    return !turns(i) || !really(value + (value > chain_.upper()[i] ? -2.0 * kPi : 2.0 * kPi));
+  }
+
   /// Adds q with every turn of the joints from `i` on that fits the limits.
   void add_turns(const JointVector& q, int i) {
     if (i == n_) return add(q);
@@ -406,7 +430,7 @@ class Search {
     }
     for (int k = more ? -2 : 0; k <= (more ? 2 : 0); ++k) {
       turned[i] = q[i] + k * 2.0 * kPi;
-      if (inside(i, turned[i])) add_turns(turned, i + 1);
+      if (fits(i, turned[i])) add_turns(turned, i + 1);
     }
   }
 
@@ -420,8 +444,8 @@ class Search {
       const double apart = q[i] - reference_[i];
       const double nearest = std::abs(apart) <= kPi ? q[i] : q[i] - 2.0 * kPi * std::round(apart / (2.0 * kPi));
       const double side = nearest > reference_[i] ? -2.0 * kPi : 2.0 * kPi;
-      const double wanted = inside(i, nearest) ? nearest : nearest + side;
-      if (!inside(i, wanted)) return;
+      const double wanted = fits(i, nearest) ? nearest : nearest + side;
+      if (!fits(i, wanted)) return;
       q[i] = wanted;
     }
     add(q);
@@ -545,7 +569,9 @@ class Search {
     double off;  ///< m or rad from the pose
     JointVector q;
   };
-  std::vector<End> ends_;  ///< where Newton's method ended near the pose
+  std::vector<JointVector> rough_;  ///< met within kMet only: they count where there is nothing better
+  int besides_ = 3;                 ///< values of the redundancy at which search_beside() is worth its time
+  std::vector<End> ends_;           ///< where Newton's method ended near the pose
   std::vector<JointVector> found_;
 };
 

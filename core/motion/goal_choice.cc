@@ -23,6 +23,7 @@ Result<JointVector> choose_solution(const kinematics::Chain& chain, const JointL
 
   kinematics::SolutionOptions search;
   search.reference = q_near;
+  search.turns = false;  // of each branch the nearest turn: there may be more turns than are looked at
   auto solutions = inverse_solutions(chain, X_BF, search);
   const Eigen::Vector3d p = X_BF.translation();
   if (solutions.empty()) {
