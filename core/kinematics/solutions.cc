@@ -38,7 +38,6 @@ constexpr int kEnds = 6, kStations = 48, kHalvings = 40;
 constexpr std::size_t kAround = 10;
 constexpr double kAroundBy = 0.2;            // rad or m
 constexpr double kStationStep = kPi / 12.0;  // rad or m
-constexpr double kAtEnd = 1e-10;             // rad or m by which a turn may be outside as others are inside
 constexpr double kDistinct = 1e-5;           // rad or m: two results nearer than this are one solution
 
 class Search {
@@ -412,13 +411,6 @@ class Search {
     return is_in_range(value, chain_.lower()[i], chain_.upper()[i]);
   }
 
-  /// The same for a turn of a joint: one that stands a little outside is one where no other turn is inside.
-  [[nodiscard]] bool fits(int i, double value) const {
-    const auto really = [&](double q) { return q >= chain_.lower()[i] - kAtEnd && q <= chain_.upper()[i] + kAtEnd; };
-    if (really(value) || !inside(i, value)) return really(value);
-    return !turns(i) || !really(value + (value > chain_.upper()[i] ? -2.0 * kPi : 2.0 * kPi));
-  }
-
   /// Adds q with every turn of the joints from `i` on that fits the limits.
   void add_turns(const JointVector& q, int i) {
     if (i == n_) return add(q);
@@ -430,7 +422,7 @@ class Search {
     }
     for (int k = more ? -2 : 0; k <= (more ? 2 : 0); ++k) {
       turned[i] = q[i] + k * 2.0 * kPi;
-      if (fits(i, turned[i])) add_turns(turned, i + 1);
+      if (inside(i, turned[i])) add_turns(turned, i + 1);
     }
   }
 
@@ -444,8 +436,8 @@ class Search {
       const double apart = q[i] - reference_[i];
       const double nearest = std::abs(apart) <= kPi ? q[i] : q[i] - 2.0 * kPi * std::round(apart / (2.0 * kPi));
       const double side = nearest > reference_[i] ? -2.0 * kPi : 2.0 * kPi;
-      const double wanted = fits(i, nearest) ? nearest : nearest + side;
-      if (!fits(i, wanted)) return;
+      const double wanted = inside(i, nearest) ? nearest : nearest + side;
+      if (!inside(i, wanted)) return;
       q[i] = wanted;
     }
     add(q);

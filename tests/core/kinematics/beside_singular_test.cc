@@ -149,8 +149,11 @@ BesideTally beside(const Six& arm, int count, Random& random) {
       options.held_values = {q[options.held_joint]};
     }
     const auto found = inverse_solutions(arm.chain, X_BF, options);
-    for (const JointVector& s : found)
-      if (!(pose_distance(arm.chain.forward(s), X_BF) <= kFound) || limit_distance(arm.chain, s) < 0.0) ++tally.off;
+    for (const JointVector& s : found) {
+      // A joint that was brought to the end of its range may miss a pose by what six digits leave open.
+      const double allowed = limit_distance(arm.chain, s) == 0.0 ? 1e-6 : kFound;
+      if (!(pose_distance(arm.chain.forward(s), X_BF) <= allowed) || limit_distance(arm.chain, s) < 0.0) ++tally.off;
+    }
     if (found.empty() && !is_within_reach(arm, X_BF, q)) continue;
     ++tally.poses;
     tally.missed += found.empty() ? 1 : 0;
