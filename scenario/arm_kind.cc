@@ -8,6 +8,7 @@
 #include "core/device/arm_force.h"
 #include "core/device/device_file.h"
 #include "core/device/plant_of_model.h"
+#include "core/kinematics/joint_range.h"
 #include "scenario/cell_builder.h"
 #include "scenario/cell_models.h"
 #include "scenario/degrees.h"
@@ -43,7 +44,9 @@ kinematics::JointVector start_of(const LoadedDevice& device) {
   const kinematics::JointVector& home = device.as<ArmDescription>()->home;
   const auto count = static_cast<Eigen::Index>(wanted.size());
   if (count != home.size()) return home;
-  return Eigen::Map<const Eigen::VectorXd>(wanted.data(), count);
+  const kinematics::JointVector q = Eigen::Map<const Eigen::VectorXd>(wanted.data(), count);
+  const motion::JointLimits& limits = device.as<ArmDescription>()->limits;
+  return kinematics::into_range(q, limits.lower, limits.upper);
 }
 
 Result<ModelPointer> ArmKind::read(const std::filesystem::path& folder) const { return device::read_arm(folder); }
@@ -70,7 +73,7 @@ void ArmKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const 
   }
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto j = static_cast<Eigen::Index>(i);
-    if (wanted[i] >= arm.limits.lower[j] && wanted[i] <= arm.limits.upper[j]) continue;
+    if (kinematics::is_in_range(wanted[i], arm.limits.lower[j], arm.limits.upper[j])) continue;
     diagnostics.error(Code::kOutOfRange, pointer + pointer_segment(i),
                       fmt::format("{:g} deg for joint {}", wanted[i] / kDegree, arm.joint_names[i]),
                       fmt::format("{:g} to {:g} deg", arm.limits.lower[j] / kDegree, arm.limits.upper[j] / kDegree));

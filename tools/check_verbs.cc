@@ -20,6 +20,7 @@
 #include "tools/failure_film.h"
 #include "tools/interruption_tries.h"
 #include "tools/junit.h"
+#include "tools/model_trial.h"
 #include "tools/net_file.h"
 #include "tools/verify_seeds.h"
 
@@ -46,18 +47,6 @@ Diagnostics check_scenario(const std::filesystem::path& file, const std::vector<
   options.overrides = overrides;
   const auto session = scenario::Session::open(file, library, options);
   return session ? (*session)->warnings() : session.error();
-}
-
-Diagnostics check_model(const std::filesystem::path& folder) {
-  const auto kind = device::read_device_kind(folder);
-  if (kind && *kind == "object") {  // no device: a body to stand in the room
-    std::error_code error;
-    const auto name = std::filesystem::canonical(folder, error).filename().string();
-    const auto body = kinematics::RobotModel::load(folder / (name + ".urdf"));
-    return body ? Diagnostics{} : body.error();
-  }
-  const auto read = scenario::read_model(folder);
-  return read ? Diagnostics{} : read.error();
 }
 
 /// Devices are those of a cell, so a net that names some is checked with `takt net FILE --scenario SCENARIO`.

@@ -164,6 +164,11 @@ Result<sim::World> build_on_stage(const kinematics::RobotModel& robot, const dev
 
 }  // namespace
 
+Diagnostics check_build(const kinematics::RobotModel& robot, const device::ArmDescription* arm) {
+  const auto world = build(robot, arm, {}, {});
+  return world ? Diagnostics{} : world.error();
+}
+
 Result<void> draw_model(const kinematics::RobotModel& robot, const device::ArmDescription* arm, PictureOptions& options,
                         const std::filesystem::path& file) {
   if (auto size = read_size(options); !size) return size;

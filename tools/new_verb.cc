@@ -9,6 +9,7 @@
 #include "tools/cli.h"
 #include "tools/import/import_object.h"
 #include "tools/import/import_robot.h"
+#include "tools/model_trial.h"
 #include "tools/new_device.h"
 #include "tools/new_scenario.h"
 
@@ -37,9 +38,15 @@ void print_text(const ImportReport& report, const ImportOptions& options) {
   fmt::print("  takt run scenarios/wave.json {} --set /devices/arm/model={}\n", models, options.name);
 }
 
-int new_robot(const ImportOptions& options, const Common& common) {
-  if (options.urdf.empty())
-    return report(failure(Code::kMissing, "--urdf", "no URDF is given", "FILE").error(), common);
+int new_robot(const ImportOptions& wanted, const Common& common) {
+  if (wanted.urdf.empty()) return report(failure(Code::kMissing, "--urdf", "no URDF is given", "FILE").error(), common);
+  ImportOptions options = wanted;
+  options.trial = [&common](const std::filesystem::path& folder, std::vector<ImportNote>& notes) -> Result<void> {
+    Diagnostics diagnostics = check_model(folder);
+    if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+    try_wave(folder, device::ModelLibrary({folder.parent_path(), common.root / "models"}), common.root, notes);
+    return {};
+  };
   const auto made = import_robot(options);
   if (!made) return report(made.error(), common);
   if (common.json) {
@@ -160,6 +167,10 @@ std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
       ->allow_extra_args(false);
   verb->add_option("--base", options->base, "Link at the mounting face; default: guessed")->type_name("LINK");
   verb->add_option("--flange", options->flange, "Link at the face of the flange; default: guessed")->type_name("LINK");
+  verb->add_option("--without", options->without,
+                   "Of a robot: leave out this link and all that hangs on it, such as a gripper; several times")
+      ->type_name("LINK")
+      ->allow_extra_args(false);
   verb->add_option("--title", options->title, "Title for people")->type_name("TEXT");
   add_object_options(*verb, *object);
   auto device = std::make_shared<DeviceOptions>();

@@ -10,6 +10,7 @@
 #include "core/device/control_mode_file.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/joint_range.h"
 #include "core/kinematics/link_path.h"
 #include "core/kinematics/robot_model.h"
 
@@ -104,8 +105,10 @@ void ArmReader::read_chain(std::span<const std::string> rolling) {
 void ArmReader::check_home() {
   if (arm_.chain == nullptr || arm_.home.size() != joint_count_) return;
   for (int i = 0; i < joint_count_; ++i) {
-    const bool inside = arm_.home[i] >= arm_.limits.lower[i] && arm_.home[i] <= arm_.limits.upper[i];
-    if (inside) continue;
+    if (kinematics::is_in_range(arm_.home[i], arm_.limits.lower[i], arm_.limits.upper[i])) {
+      arm_.home[i] = kinematics::into_range(arm_.home[i], arm_.limits.lower[i], arm_.limits.upper[i]);
+      continue;
+    }
     reader_.diagnostics().error(Code::kOutOfRange,
                                 reader_.at("home_rad") + pointer_segment(static_cast<std::size_t>(i)),
                                 fmt::format("{} is outside the range of joint '{}'", arm_.home[i],

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "core/kinematics/chain.h"
+#include "core/kinematics/cone.h"
 #include "core/kinematics/lines.h"
 #include "core/kinematics/types.h"
 
@@ -35,8 +36,9 @@ class ClosedForm {
   using Angles = std::array<double, 6>;
   /// Angles of the free joints in (-pi, pi], in the order of the chain.
   struct Candidates {
-    std::array<Angles, 16> angles;
+    std::array<Angles, 64> angles;
     int count = 0;
+    double margin = kExact;  ///< how far a pose may be out of reach (cone.h) to get guesses beside it
     void add(const Angles& next) {
       if (count < static_cast<int>(angles.size())) angles[static_cast<std::size_t>(count++)] = next;
     }
@@ -47,9 +49,9 @@ class ClosedForm {
   [[nodiscard]] static std::optional<ClosedForm> recognise(const Chain& chain, const JointVector& q_held,
                                                            const std::vector<int>& held);
 
-  /// At most eight candidates in closed form. Correct to about 1e-8 near singular poses and to rounding elsewhere, and
-  /// as good as the geometry is exact (kAlmost): whoever uses them polishes and checks. Limits are not looked at.
-  /// Realtime: cyclic, bounded, no allocation.
+  /// At most eight candidates in closed form, and more in singular postures of which there is a choice. As good as the
+  /// geometry is exact (kAlmost), near singular postures too: whoever uses them polishes and checks. Limits are not
+  /// looked at. @param[in,out] found  in: its margin. Realtime: cyclic, bounded, no allocation.
   void solve(const Eigen::Isometry3d& X_BF, Candidates& found) const;
   /// All joints for a candidate, the held ones at their values. Realtime: cyclic.
   [[nodiscard]] JointVector joints(const Angles& angles) const;
@@ -67,6 +69,16 @@ class ClosedForm {
   void solve_elbow_first(const Eigen::Isometry3d& T, Candidates& found) const;
   void solve_any_arm(const Eigen::Isometry3d& T, Candidates& found) const;
   void solve_three_parallel(const Eigen::Isometry3d& T, Candidates& found) const;
+  /// The same where joint 6 turns about the direction of axes 2 to 4: any angle of it is as good as another, as long as
+  /// the arm gets there. A few are tried.
+  void solve_free_turn(const Eigen::Isometry3d& T, double q1, double q5, Candidates& found) const;
+  /// Where axis 4 of the three-parallel family is to go in the plane across them, from axis 2, and the turn of joints 2
+  /// to 4 together.
+  struct PlanarGoal {
+    Eigen::Matrix3d R;
+    Eigen::Vector3d place;
+  };
+  [[nodiscard]] PlanarGoal planar_goal(const Eigen::Isometry3d& T, double q1, double q5, double q6) const;
   /// Joints 2 to 4 of the three-parallel family, joints 1, 5 and 6 known.
   void solve_planar(const Eigen::Isometry3d& T, double q1, double q5, double q6, Candidates& found) const;
   void solve_wrist(const Eigen::Isometry3d& T, double q1, double q2, double q3, Candidates& found) const;

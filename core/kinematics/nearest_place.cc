@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Dense>
 
 #include "core/base/random.h"
+#include "core/kinematics/joint_range.h"
 #include "core/kinematics/pose_error.h"
 
 namespace takt::kinematics {
@@ -94,8 +94,8 @@ std::optional<NearestPlace> nearest_place(const Chain& chain, const Eigen::Isome
   for (int k = 0; k < kNearestSeeds; ++k) {
     JointVector q(chain.joint_count());
     for (int i = 0; i < q.size(); ++i) {
-      const double most = chain.is_prismatic(i) ? 10.0 : std::numbers::pi;
-      q[i] = random.uniform(std::max(chain.lower()[i], -most), std::min(chain.upper()[i], most));
+      const OneTurn turn = one_turn(chain, i);
+      q[i] = random.uniform(turn.low, turn.high);
     }
     auto found = nearest.from(q);
     // A clear gain is wanted, so that rounding does not choose.

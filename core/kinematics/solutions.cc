@@ -10,6 +10,7 @@
 #include "core/kinematics/arm_angle.h"
 #include "core/kinematics/closed_form.h"
 #include "core/kinematics/elimination.h"
+#include "core/kinematics/joint_range.h"
 #include "core/kinematics/pose_error.h"
 
 namespace takt::kinematics {
@@ -31,7 +32,13 @@ constexpr int kFineGrid = 720;
 constexpr int kMaxIterations = 60;
 constexpr double kSolutionMaxStep = 0.6;  // rad: a damped step further than this trusts the linear picture too far
 constexpr int kThird = 2;                 // the joint of seven that a human elbow is moved by
-constexpr double kDistinct = 1e-5;        // rad or m: two results nearer than this are one solution
+constexpr double kMet = 1e-9;             // m and rad by which a solution may be off
+constexpr double kNear = 0.02;            // m and rad: from there another beginning may get to the pose
+constexpr int kEnds = 6, kStations = 48, kHalvings = 40;
+constexpr std::size_t kAround = 10;
+constexpr double kAroundBy = 0.2;            // rad or m
+constexpr double kStationStep = kPi / 12.0;  // rad or m
+constexpr double kDistinct = 1e-5;           // rad or m: two results nearer than this are one solution
 
 class Search {
  public:
@@ -53,6 +60,8 @@ class Search {
     } else if (n_ != 6 || !options_.closed_form || !solve_six(middle(), {})) {
       search_free(kFreeSeeds);
     }
+    branches_.clear();
+    for (std::size_t i = 0; i < rough_.size() && (i > 0 || found_.empty()); ++i) take(rough_[i]);
     sort_and_cut();
     return std::move(found_);
   }
@@ -78,9 +87,10 @@ class Search {
     const bool chosen = options_.held_joint >= 0 || (closed && recognise_at(held_values().front()));
     if (!chosen) redundant_ = redundant_joint(chain_);
     for (const double value : held_values()) {
-      if (enough() || value < chain_.lower()[redundant_] || value > chain_.upper()[redundant_]) continue;
-      closed = closed && solve_six_at(value);
-      if (!closed) search_held(value);
+      if (enough() || !inside(redundant_, value)) continue;
+      const double held = into_range(value, chain_.lower()[redundant_], chain_.upper()[redundant_]);
+      closed = closed && solve_six_at(held);
+      if (!closed) search_held(held);
     }
     if (!found_.empty() || !options_.held_values.empty()) return;
     // Where the grid found nothing, the held joint is free in a narrow range only, or nowhere.
@@ -109,6 +119,7 @@ class Search {
   /// All solutions with the held joints at their values. @return false if a free joint slides.
   bool solve_six(const JointVector& q_held, const std::vector<int>& held) {
     const std::size_t before = found_.size();
+    ends_.clear();
     if (!solve_candidates(q_held, held)) return false;
     if (found_.size() > before) return true;
     // In a singular posture two joints share an angle, and the share that a closed form takes may be outside the
@@ -117,7 +128,19 @@ class Search {
     for (const int i : held) q[i] = q_held[i];
     branches_.clear();
     try_seed(q);
+    if (found_.size() > before) return true;
+    if (form_) try_form(kAlmost);
+    const bool beside = found_.size() == before && rough_.empty() && !ends_.empty() && besides_ > 0;
+    besides_ -= beside ? 1 : 0;
+    if (beside) search_beside();
     return true;
+  }
+
+  void try_form(double margin) {
+    ClosedForm::Candidates candidates;
+    candidates.margin = margin;
+    form_->solve(target_, candidates);
+    for (int i = 0; i < candidates.count; ++i) try_seed(form_->joints(candidates.angles[static_cast<std::size_t>(i)]));
   }
 
   bool solve_candidates(const JointVector& q_held, const std::vector<int>& held) {
@@ -126,10 +149,7 @@ class Search {
     if (form_) {
       closed_form_ = true;
       if (n_ == 7) form_at_ = q_held[held.front()];
-      ClosedForm::Candidates candidates;
-      form_->solve(target_, candidates);
-      for (int i = 0; i < candidates.count; ++i)
-        try_seed(form_->joints(candidates.angles[static_cast<std::size_t>(i)]));
+      try_form(kExact);
       return true;
     }
     return solve_any_six(q_held, held);
@@ -180,8 +200,8 @@ class Search {
   // --- seeds -------------------------------------------------------------------------------------------------------
 
   /// The part of a joint's range where seeds are drawn: one turn of a revolute joint is all there is.
-  [[nodiscard]] double low(int i) const { return std::max(chain_.lower()[i], chain_.is_prismatic(i) ? -10.0 : -kPi); }
-  [[nodiscard]] double high(int i) const { return std::min(chain_.upper()[i], chain_.is_prismatic(i) ? 10.0 : kPi); }
+  [[nodiscard]] double low(int i) const { return one_turn(chain_, i).low; }
+  [[nodiscard]] double high(int i) const { return one_turn(chain_, i).high; }
 
   [[nodiscard]] JointVector middle() const {
     JointVector q(n_);
@@ -228,10 +248,119 @@ class Search {
     return q;
   }
 
+  /// Newton's method may stop beside a singular posture, where the way to the pose begins with a motion that the flange
+  /// hardly notices and that is curved. Where it came near, that motion is gone along, and what is left of the way is
+  /// followed to where it vanishes.
+  void search_beside() {
+    std::ranges::stable_sort(ends_, {}, &End::off);
+    const std::vector<End> ends(ends_.begin(), ends_.begin() + std::min<std::ptrdiff_t>(kEnds, std::ssize(ends_)));
+    const std::size_t before = found_.size();
+    for (const End& end : ends)
+      if (found_.size() == before) go_along(end.q, before);
+    Random random(1, "beside");
+    for (std::size_t k = 0; k < kAround * ends.size() && found_.size() == before; ++k) {
+      JointVector q = ends[k % ends.size()].q;
+      for (int i = 0; i < n_; ++i) q[i] += i == held_ ? 0.0 : random.uniform(-kAroundBy, kAroundBy);
+      try_seed(q);
+    }
+    // Elimination may miss both of two solutions that are about to fall together.
+    for (int k = 1; k <= kFreeSeeds && !form_ && !ends.empty() && found_.size() == before; ++k) {
+      JointVector q = seed(k, random);
+      if (held_ >= 0) q[held_] = ends.front().q[held_];
+      try_seed(q);
+    }
+  }
+
+  void go_along(const JointVector& from, std::size_t before) {
+    JointVector turn = unnoticed_turn(from);
+    Station older = station(from, turn, Vector6::Zero()), last = older;
+    for (int k = 0; k < kStations && found_.size() == before; ++k) {
+      const JointVector on = unnoticed_turn(last.q);
+      turn = on.dot(turn) < 0.0 ? JointVector(-on) : on;
+      const Station next = station(last.q + kStationStep * turn, turn, last.side);
+      const bool least = std::abs(last.rest) <= std::min(std::abs(older.rest), std::abs(next.rest));
+      if (last.rest * next.rest <= 0.0) {
+        halve(last, next);
+      } else if (k > 0 && least) {
+        settle(older, next);
+      }
+      older = last;
+      last = next;
+    }
+  }
+
+  /// All joints but one where they come nearest to the pose, and what is left then: it has one direction.
+  struct Station {
+    JointVector q;
+    Vector6 side = Vector6::Zero();  ///< the direction
+    double rest = 0.0;               ///< with the sign that continues that of the station before
+  };
+  [[nodiscard]] Station station(JointVector q, const JointVector& turn, const Vector6& side) {
+    Eigen::Index joint = 0;
+    turn.cwiseAbs().maxCoeff(&joint);
+    pinned_ = static_cast<int>(joint);
+    (void)converge(q);
+    Eigen::Isometry3d X;
+    Jacobian J;
+    chain_.jacobian(q, X, J);
+    J.topRows<3>() *= 1.0 / length_;
+    for (const int i : {held_, pinned_})
+      if (i >= 0) J.col(i).setZero();
+    pinned_ = -1;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(J.lazyProduct(J.transpose()));
+    Station here{q, solver.eigenvectors().col(0), 0.0};
+    if (here.side.dot(side) < 0.0) here.side = -here.side;
+    here.rest = here.side.dot(weighted(pose_error(X, target_)));
+    return here;
+  }
+  [[nodiscard]] Station between(const Station& a, const Station& b, double share) {
+    const JointVector way = b.q - a.q;
+    return station(a.q + share * way, way, a.side);
+  }
+
+  /// Between two stations whose rests have different signs.
+  void halve(Station a, Station b) {
+    for (int k = 0; k < kHalvings; ++k) {
+      const Station middle = between(a, b, 0.5);
+      (middle.rest * a.rest > 0.0 ? a : b) = middle;
+    }
+    try_seed(a.q);
+  }
+  /// Between two stations between which the rest may vanish and come back.
+  void settle(Station a, Station b) {
+    constexpr double kThirdOf = 1.0 / 3.0;
+    for (int k = 0; k < kHalvings; ++k) {
+      const Station left = between(a, b, kThirdOf), right = between(a, b, 1.0 - kThirdOf);
+      if (left.rest * a.rest <= 0.0) return halve(a, left);
+      if (right.rest * a.rest <= 0.0) return halve(a, right);
+      (std::abs(left.rest) < std::abs(right.rest) ? b : a) = std::abs(left.rest) < std::abs(right.rest) ? right : left;
+    }
+    try_seed(a.q);
+  }
+
+  /// The motion of the joints that moves the flange least, its longest part 1.
+  [[nodiscard]] JointVector unnoticed_turn(const JointVector& q) const {
+    Eigen::Isometry3d X;
+    Jacobian J;
+    chain_.jacobian(q, X, J);
+    J.topRows<3>() *= 1.0 / length_;
+    if (held_ >= 0) J.col(held_).setZero();
+    JointMatrix square = J.transpose().lazyProduct(J);
+    if (held_ >= 0) square(held_, held_) = square.trace();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver((Eigen::MatrixXd(square)));
+    const JointVector turn = solver.eigenvectors().col(0);
+    return turn / turn.cwiseAbs().maxCoeff();
+  }
+
   // --- one seed ----------------------------------------------------------------------------------------------------
 
   void try_seed(JointVector q) {
-    if (!meets(q, 1e-12) && !(converge(q) && meets(q, 1e-9))) return;
+    if (meets(q, 1e-12) || (converge(q) && meets(q, 1e-9))) return take(q);
+    if (is_met(q)) rough_.push_back(q);
+  }
+
+  /// A solution, with the turns that are wanted.
+  void take(JointVector q) {
     for (int i = 0; i < n_; ++i) {
       if (turns(i) && std::abs(q[i]) > kPi) q[i] = std::remainder(q[i], 2.0 * kPi);
     }
@@ -252,6 +381,20 @@ class Search {
     return off <= tolerance * std::max(1.0, chain_.reach());
   }
 
+  /// m or rad, the larger one.
+  [[nodiscard]] double distance_at(const JointVector& q) const {
+    const Vector6 error = pose_error(chain_.forward(q), target_);
+    return std::max(error.head<3>().norm(), error.tail<3>().norm());
+  }
+
+  /// Within what a solution may be off; where Newton's method has come to its end before 1e-12, that is what there is:
+  /// a pose that was written down may lie some digits out of reach.
+  [[nodiscard]] bool is_met(const JointVector& q) {
+    const double off = distance_at(q);
+    if (off < kNear) ends_.push_back({off, q});
+    return off <= kMet;
+  }
+
   [[nodiscard]] bool turns(int i) const { return !chain_.is_prismatic(i) && i != held_; }
 
   /// But for turns. Two branches mostly differ in the first joints already.
@@ -265,7 +408,7 @@ class Search {
   }
 
   [[nodiscard]] bool inside(int i, double value) const {
-    return value >= chain_.lower()[i] && value <= chain_.upper()[i];
+    return is_in_range(value, chain_.lower()[i], chain_.upper()[i]);
   }
 
   /// Adds q with every turn of the joints from `i` on that fits the limits.
@@ -300,8 +443,12 @@ class Search {
     add(q);
   }
 
+  /// A joint at an end of its range goes there, as long as the pose is what was written.
   void add(const JointVector& q) {
-    if (!enough()) found_.push_back(q);
+    if (enough()) return;
+    const JointVector inside = into_range(q, chain_.lower(), chain_.upper());
+    constexpr double kWritten = 1e-6;  // m and rad: six digits
+    if (inside == q || distance_at(inside) <= kWritten) found_.push_back(inside);
   }
 
   /// Damped Newton: the damping follows the residual, so that the end is quadratic, and grows where a step did not
@@ -335,7 +482,8 @@ class Search {
   [[nodiscard]] JointVector step(Jacobian J, const Vector6& error, double damping) const {
     J.topRows<3>() *= 1.0 / length_;
     if (held_ >= 0) J.col(held_).setZero();
-    if (n_ < 6) return short_step(J, error, damping);
+    if (pinned_ >= 0) J.col(pinned_).setZero();
+    if (n_ < 6 || pinned_ >= 0) return short_step(J, error, damping);
     Eigen::Matrix<double, 6, 6> square = J.lazyProduct(J.transpose());
     square.diagonal().array() += damping + 1e-30;
     JointVector delta = J.transpose().lazyProduct(Vector6(square.ldlt().solve(error)));
@@ -400,6 +548,7 @@ class Search {
   const SolutionOptions& options_;
   const int n_;
   int held_ = -1;      ///< the joint that Newton's method may not move, or -1
+  int pinned_ = -1;    ///< another one, for a while
   int redundant_ = 2;  ///< the joint of seven that is held
   bool closed_form_ = false;
   std::optional<ClosedForm> form_;     ///< as it was recognised last, ...
@@ -408,6 +557,13 @@ class Search {
   double tolerance_ = 1e-12;
   double length_ = 1.0;
   JointVector reference_;
+  struct End {
+    double off;  ///< m or rad from the pose
+    JointVector q;
+  };
+  std::vector<JointVector> rough_;  ///< met within kMet only: they count where there is nothing better
+  int besides_ = 3;                 ///< values of the redundancy at which search_beside() is worth its time
+  std::vector<End> ends_;           ///< where Newton's method ended near the pose
   std::vector<JointVector> found_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "core/kinematics/joint_range.h"
 #include "core/kinematics/solutions.h"
 #include "core/motion/plan_checks.h"
 
@@ -22,15 +23,16 @@ Result<JointVector> choose_solution(const kinematics::Chain& chain, const JointL
 
   kinematics::SolutionOptions search;
   search.reference = q_near;
+  search.turns = false;  // of each branch the nearest turn: there may be more turns than are looked at
   auto solutions = inverse_solutions(chain, X_BF, search);
   const Eigen::Vector3d p = X_BF.translation();
   if (solutions.empty()) {
     return failure(Code::kUnreachable, "/goal",
                    fmt::format("the pose is out of reach ({:.3f} m from the base)", p.norm()));
   }
+  for (JointVector& q : solutions) q = kinematics::into_range(q, limits.lower, limits.upper);
   std::erase_if(solutions, [&](const JointVector& q) {
-    return ((q - limits.lower).array() < -kRangeTolerance).any() ||
-           ((q - limits.upper).array() > kRangeTolerance).any();
+    return ((q - limits.lower).array() < 0.0).any() || ((q - limits.upper).array() > 0.0).any();
   });
   if (solutions.empty())
     return failure(Code::kUnreachable, "/goal", "the pose is reachable outside the ranges of the joints only");

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/joint_range.h"
 #include "core/motion/plan_checks.h"
 
 namespace takt::motion {
@@ -93,7 +94,8 @@ Result<Leg> ptp_leg(const ArmModel& arm, const JointVector& q_start, const Joint
   Diagnostics diagnostics = check_start(arm, q_start, false);
   if (!diagnostics.has_errors()) check_configuration(arm.chain, arm.limits, q_goal, "/goal", diagnostics);
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
-  return leg_of(JointLine{.q_start = q_start, .q_goal = q_goal});
+  return leg_of(
+      JointLine{.q_start = q_start, .q_goal = kinematics::into_range(q_goal, arm.limits.lower, arm.limits.upper)});
 }
 
 Result<Leg> lin_leg(const ArmModel& arm, const JointVector& q_start, const Eigen::Isometry3d& X_BM_goal) {
@@ -173,7 +175,8 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start, const st
   rows.row(0) = q_start.transpose();
   std::vector<double> ways;
   for (Eigen::Index i = 0; i < n; ++i) {
-    rows.row(i + 1) = points[static_cast<std::size_t>(i)].transpose();
+    const JointVector& point = points[static_cast<std::size_t>(i)];
+    rows.row(i + 1) = kinematics::into_range(point, arm.limits.lower, arm.limits.upper).transpose();
     const Eigen::RowVectorXd way = rows.row(i + 1) - rows.row(i);
     ways.push_back((way.transpose().cwiseAbs().cwiseQuotient(arm.limits.velocity)).maxCoeff());
   }

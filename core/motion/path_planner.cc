@@ -211,10 +211,12 @@ ShapeLimits PathPlanner::limits_of(const PieceShares& shares) const {
 void PathPlanner::check_ranges(const PieceWalk& walk, const char* word, const std::string& pointer,
                                Diagnostics& diagnostics) const {
   // One diagnostic per joint: where it first leaves its range.
-  for (int i = 0; i < chain_.joint_count(); ++i) {
+  for (int i = 0; i < chain_.joint_count() && !walk.nodes.empty(); ++i) {
+    const double begin = walk.nodes.front().q[i];
+    const double lower = std::min(limits_.lower[i], begin), upper = std::max(limits_.upper[i], begin);
     for (std::size_t n = 0; n < walk.nodes.size(); ++n) {
       const double q = walk.nodes[n].q[i];
-      if (q >= limits_.lower[i] - kRangeTolerance && q <= limits_.upper[i] + kRangeTolerance) continue;
+      if (q >= lower - kPathTolerance && q <= upper + kPathTolerance) continue;
       range_diagnostic(chain_, limits_, i, q, pointer, fmt::format(" at {:.0f} % of the {}", 100 * walk.t(n), word),
                        diagnostics);
       break;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/joint_range.h"
 #include "core/kinematics/plane.h"
 
 namespace takt::motion {
@@ -163,7 +164,7 @@ void check_configuration(const kinematics::Chain& chain, const JointLimits& limi
       diagnostics.error(Code::kOutOfRange, place,
                         fmt::format("joint '{}': {}", chain.joint_names()[static_cast<std::size_t>(i)], q[i]),
                         "a finite number");
-    } else if (q[i] < limits.lower[i] - kRangeTolerance || q[i] > limits.upper[i] + kRangeTolerance) {
+    } else if (!kinematics::is_in_range(q[i], limits.lower[i], limits.upper[i])) {
       range_diagnostic(chain, limits, i, q[i], place, "", diagnostics);
     }
   }

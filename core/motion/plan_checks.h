@@ -39,7 +39,8 @@ inline constexpr int kPartsPerSegment = 16;
 void check_limits(const kinematics::Chain& chain, const JointLimits& limits, Diagnostics& diagnostics);
 /// Diagnostics for options out of their range.
 void check_options(const MotionOptions& options, Diagnostics& diagnostics);
-/// Diagnostics for a configuration of the wrong size, not finite, or outside the range of a joint, at `pointer`.
+/// Diagnostics for a configuration of the wrong size, not finite, or outside the range of a joint
+/// (kinematics::kRangeTolerance), at `pointer`.
 void check_configuration(const kinematics::Chain& chain, const JointLimits& limits, const JointVector& q,
                          const std::string& pointer, Diagnostics& diagnostics);
 /// A diagnostic unless X is a rotation and a translation of finite numbers.
@@ -52,8 +53,8 @@ void check_directions(const kinematics::InverseKinematics& inverse, const JointV
 void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits, int joint, double value,
                       const std::string& pointer, const std::string& where, Diagnostics& diagnostics);
 
-/// Range limits are compared with this tolerance (rad or m): a goal read back from a file or found by inverse
-/// kinematics may lie on its limit up to rounding.
-inline constexpr double kRangeTolerance = 1e-9;
+/// On its way a joint leaves its range by rounding only (rad or m), as the guard sees to. Where it begins outside
+/// (kinematics::kRangeTolerance) it may come back, but go no further out.
+inline constexpr double kPathTolerance = 1e-11;
 
 }  // namespace takt::motion

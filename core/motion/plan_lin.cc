@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/joint_range.h"
 #include "core/motion/path_planner.h"
 #include "core/motion/plan_checks.h"
 #include "core/motion/planner.h"
@@ -24,7 +25,7 @@ void check_held(const InverseKinematics& inverse, const JointLimits& limits, con
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const double q = held[static_cast<Eigen::Index>(i)];
     const int joint = joints[i];
-    if (q >= limits.lower[joint] - kRangeTolerance && q <= limits.upper[joint] + kRangeTolerance) continue;
+    if (kinematics::is_in_range(q, limits.lower[joint], limits.upper[joint])) continue;
     range_diagnostic(inverse.chain(), limits, joint, q, "/held_goal" + pointer_segment(i), "", diagnostics);
   }
 }

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/kinematics/joint_range.h"
 #include "core/motion/clock_bounds.h"
 #include "core/motion/leg.h"
 #include "core/motion/plan_checks.h"
@@ -120,6 +121,8 @@ Result<Motion> plan_ptp(const kinematics::Chain& chain, const JointLimits& limit
   check_configuration(chain, limits, q_start, "/start", diagnostics);
   check_configuration(chain, limits, q_goal, "/goal", diagnostics);
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  const JointVector inside = kinematics::into_range(q_goal, limits.lower, limits.upper);
+  if (inside != q_goal) return plan_ptp(chain, limits, q_start, inside, options);
 
   Motion motion{.path = JointLine{.q_start = q_start, .q_goal = q_goal},
                 .law = {},

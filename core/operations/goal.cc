@@ -7,7 +7,7 @@
 
 #include "core/base/angles.h"
 #include "core/expression/moving_frames.h"
-#include "core/kinematics/chain.h"
+#include "core/kinematics/joint_range.h"
 
 namespace takt::activity {
 namespace {
@@ -22,6 +22,7 @@ Goal::Joints read_joints(ObjectReader& reader, const command::MountedArm* arm) {
   const std::size_t kept = std::min<std::size_t>(degrees.size(), kinematics::kMaxJoints);
   Goal::Joints joints{kinematics::JointVector(static_cast<Eigen::Index>(kept))};
   for (std::size_t i = 0; i < kept; ++i) joints.q[static_cast<Eigen::Index>(i)] = degrees[i] * std::numbers::pi / 180.0;
+  joints.absolute = reader.boolean("absolute", false);
   return joints;
 }
 
@@ -47,7 +48,11 @@ const std::vector<ParameterInfo>& goal_fields() {
       return ParameterInfo{.key = key, .type = type, .unit = unit, .doc = doc};
     };
     return std::vector<ParameterInfo>{
+        field("home", Type::kBoolean, "", "True: the home posture of the model, as \"home\" alone."),
         field("joints_deg", Type::kNumbers, "deg", "Joint positions."),
+        field("absolute", Type::kBoolean, "",
+              "Of home or joint positions: a joint without limits takes back all its turns; else it goes to the turn "
+              "that is nearest."),
         field("in", Type::kText, "", "Frame of a pose; of a step its axes, \"tcp\" for those of the tool."),
         field("position_m", Type::kVector, "m", "Position of the tool centre point in that frame."),
         field("rpy_deg", Type::kVector, "deg", "Orientation: roll, pitch, yaw; without one the tool keeps its own."),
@@ -74,7 +79,11 @@ Goal read_goal(const Json& json, const std::string& pointer, const command::Moun
   }
   ObjectReader reader(json, pointer, diagnostics);
   Goal goal;
-  if (reader.has("joints_deg")) {
+  if (reader.has("home")) {
+    if (!reader.boolean("home"))
+      reader.diagnostics().error(Code::kInvalidValue, reader.at("home"), "a goal that is not home", "true");
+    goal.value = Goal::Home{.absolute = reader.boolean("absolute", false)};
+  } else if (reader.has("joints_deg")) {
     goal.value = read_joints(reader, arm);
   } else if (reader.has("by_m") || reader.has("by_rpy_deg")) {
     goal.value = read_step(reader);
@@ -100,12 +109,15 @@ bool depends_on_moving_frame(const Goal& goal, const command::Cell& cell, const 
 Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const std::string& name,
                              const kinematics::JointVector& q) {
   const command::MountedArm& arm = cell.arms.find(name)->second;
-  if (std::holds_alternative<Goal::Home>(goal.value)) return arm.device->description().home;
-  if (const auto* joints = std::get_if<Goal::Joints>(&goal.value)) return joints->q;
+  const device::ArmDescription& model = arm.device->description();
+  if (const auto* home = std::get_if<Goal::Home>(&goal.value))
+    return home->absolute ? model.home : kinematics::in_nearest_turns(*model.chain, model.home, q);
+  if (const auto* joints = std::get_if<Goal::Joints>(&goal.value))
+    return joints->absolute ? joints->q : kinematics::in_nearest_turns(*model.chain, joints->q, q);
   if (const auto* one = std::get_if<Goal::OneJoint>(&goal.value)) {
     kinematics::JointVector q_goal = q;
     q_goal[one->joint] = one->by ? q[one->joint] + one->q : one->q;
-    return q_goal;
+    return one->by ? q_goal : kinematics::in_nearest_turns(*model.chain, q_goal, q);
   }
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   if (const auto* pose = std::get_if<Goal::Pose>(&goal.value)) {

@@ -11,16 +11,21 @@
 namespace takt::activity {
 
 /// Where a motion goes.
-///   "home"                                                 the posture of the model's device file
+///   "home"                                                 the posture of the model's device file; {"home": true} too
 ///   {"joints_deg": [...]}                                  joint positions
+///   either with "absolute": true                           a joint without limits takes back all its turns; else the
+///                                                          turn that is nearest to where it is
 ///   {"in": FRAME, "position_m": [...], "rpy_deg": [...]}    tool centre point in a frame; without an orientation that
 ///                                                          of the tool is kept
 ///   {"by_m": [...], "in": FRAME, "by_rpy_deg": [...]}       step from the present set point, along the axes of a frame
 ///                                                          ("tcp": of the tool); turned about the tool's own axes
 struct Goal {
-  struct Home {};
+  struct Home {
+    bool absolute = false;
+  };
   struct Joints {
     kinematics::JointVector q;
+    bool absolute = false;
   };
   struct Pose {
     std::string in;

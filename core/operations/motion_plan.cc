@@ -52,6 +52,7 @@ Result<JointVector> nearest_configuration(const command::MountedArm& mounted, co
   }
   kinematics::SolutionOptions options;
   options.reference = q;
+  options.turns = false;  // of each branch the nearest turn: there may be more turns than are looked at
   options.most = 1;
   const auto solutions = kinematics::inverse_solutions(*arm.chain, X_BF, options);
   if (!solutions.empty()) return solutions.front();

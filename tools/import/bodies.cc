@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
+#include "tools/import/convex_parts.h"
 #include "tools/import/draft.h"
+#include "tools/import/triangles.h"
 
 namespace takt::tools {
 namespace {
@@ -14,6 +16,8 @@ namespace {
 /// A robot's link is mostly housing: light metal with much air, kg/m^3 of the box around it.
 constexpr double kDensity = 600.0;
 constexpr double kLeastMass = 0.2;     // kg
+constexpr double kNoMass = 1e-6;       // kg: less is a placeholder, and no simulator moves it
+constexpr double kNoInertia = 1e-12;   // kg m^2
 constexpr double kLimbRadius = 0.045;  // m, of links that are drawn as limbs
 
 Node* shape_of(Node& part) {
@@ -40,6 +44,7 @@ class Meshes {
     std::filesystem::path file = {};
     std::vector<MeshFile::Coloured> colours = {};
     std::vector<std::string> coloured = {};  ///< files of `colours`, once somebody wants them
+    double size = 0.0;                       ///< the diagonal of its box, in its unit
   };
 
   /// The mesh by its colours: names of files and colours; one file of all if there is one colour. Empty: the file says
@@ -73,9 +78,15 @@ class Meshes {
       const Diagnostic& diagnostic = mesh.error().list().front();
       return {{}, diagnostic.message + (diagnostic.hint.empty() ? "" : ", allowed: " + diagnostic.hint)};
     }
+    // What collides is the hull, and a mesh in one plane has none.
+    const auto surface = triangles_of(*mesh);
+    if (!surface) return {{}, surface.error().list().front().message};
+    const auto volume = hull_volume(*surface);
+    const double side = mesh->box.diagonal().norm();
+    if (!volume || !(*volume > 1e-9 * side * side * side)) return {{}, "its corners lie in one plane"};
     const std::string own = unused_name(draft_, *file, mesh->extension);
     draft_.mesh_files.emplace(own, std::move(mesh->content));
-    return {own, {}, *file, std::move(mesh->colours)};
+    return {own, {}, *file, std::move(mesh->colours), {}, side};
   }
 
   Draft& draft_;
@@ -104,6 +115,12 @@ bool adopt(Node& part, Meshes& meshes, std::vector<std::pair<std::string, std::s
   const auto& entry = meshes.get(name);
   if (entry.name.empty()) {
     lost.emplace_back(name, entry.why);
+    return false;
+  }
+  constexpr double kLeastSize = 1e-4;  // m, of a mesh: a scale that was meant for another unit
+  const Eigen::Vector3d scale = shape->vector("scale", Eigen::Vector3d::Ones());
+  if (scale.cwiseAbs().minCoeff() * entry.size < kLeastSize) {
+    lost.emplace_back(name, "scaled to less than 0.1 mm");
     return false;
   }
   shape->set("filename", entry.name);
@@ -256,7 +273,21 @@ bool is_inertia(const Node& inertial) {
   if (!xx || !yy || !zz || !xy || !xz || !yz) return true;
   I << *xx, *xy, *xz, *xy, *yy, *yz, *xz, *yz, *zz;
   const Eigen::Vector3d m = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
-  return m[0] > 0.0 && m[0] + m[1] >= m[2] * (1.0 - 1e-9);
+  return m[0] > kNoInertia && m[0] + m[1] >= m[2] * (1.0 - 1e-9);
+}
+
+/// Mass of the link, or of what is fixed to it: then it needs none of its own.
+bool has_body(Draft& draft, const std::string& name) {
+  std::vector<std::string> open{name};
+  for (std::size_t i = 0; i < open.size() && open.size() <= 1000; ++i) {
+    const Node* link = draft.link(open[i]);
+    const Node* inertial = link != nullptr ? link->child("inertial") : nullptr;
+    const Node* mass = inertial != nullptr ? inertial->child("mass") : nullptr;
+    if (mass != nullptr && mass->number("value").value_or(0.0) >= kNoMass) return true;
+    for (const Node* joint : draft.joints_below(open[i]))
+      if (!is_movable(*joint)) open.push_back(child_of(*joint));
+  }
+  return false;
 }
 
 /// Something with mass is needed on every joint that moves; frames that are fixed to a body need none.
@@ -265,7 +296,7 @@ void complete_mass(Draft& draft, Node& link, const Eigen::AlignedBox3d& box, boo
   Node* inertial = link.child("inertial");
   const Node* mass_node = inertial != nullptr ? inertial->child("mass") : nullptr;
   const auto mass = mass_node != nullptr ? mass_node->number("value") : std::nullopt;
-  const bool none = inertial == nullptr || (mass && *mass == 0.0);
+  const bool none = inertial == nullptr || (mass && *mass >= 0.0 && *mass < kNoMass);
   if (none && !needed) return link.drop_children("inertial");
   const Eigen::Vector3d size = box.isEmpty() ? Eigen::Vector3d::Constant(0.1) : Eigen::Vector3d(box.sizes());
   if (none) {
@@ -275,7 +306,10 @@ void complete_mass(Draft& draft, Node& link, const Eigen::AlignedBox3d& box, boo
     made.set_origin(box.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(box.center()), Eigen::Vector3d::Zero());
     made.add("mass").set("value", guess);
     set_inertia(made, guess, size);
-    draft.note(who + " mass", fmt::format("{:.3g} kg", guess), "the file has none; from the box around its shape");
+    draft.note(who + " mass", fmt::format("{:.3g} kg", guess),
+               mass && *mass > 0.0
+                   ? fmt::format("the file has {:g} kg, which is none; from the box around its shape", *mass)
+                   : "the file has none; from the box around its shape");
     return;
   }
   if (is_inertia(*inertial) || !mass || *mass < 0.0) return;
@@ -314,7 +348,7 @@ void complete_bodies(Draft& draft) {
       draft.note(fmt::format("link '{}' collision", name), "the hull of what is seen",
                  "the file has none that can be read");
     }
-    complete_mass(draft, *link, box, moves);
+    complete_mass(draft, *link, box, moves && !has_body(draft, name));
   }
 }
 

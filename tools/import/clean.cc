@@ -1,6 +1,7 @@
 // First steps: plain words, plain names, plain colours.
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <set>
 
 #include <fmt/format.h>
@@ -17,7 +18,11 @@ using kinematics::urdf_word;
 void drop_foreign(Node& node, std::map<std::string, int>& dropped) {
   const auto* word = urdf_word(node.name);
   if (word == nullptr) return;
-  std::erase_if(node.attributes, [&](const auto& attribute) { return !word->attributes.contains(attribute.first); });
+  std::erase_if(node.attributes, [&](const auto& attribute) {
+    const bool keep = word->attributes.contains(attribute.first);
+    if (!keep && !attribute.first.starts_with("xmlns")) ++dropped[fmt::format("{} of {}", attribute.first, node.name)];
+    return !keep;
+  });
   std::erase_if(node.children, [&](const Node& child) {
     const auto* known = urdf_word(child.name);
     // Couplings are not foreign: they are judged with the joints.
@@ -27,6 +32,48 @@ void drop_foreign(Node& node, std::map<std::string, int>& dropped) {
     return !keep;
   });
   for (Node& child : node.children) drop_foreign(child, dropped);
+}
+
+/// Of URDF 1.1: the orientation of an origin as a quaternion x, y, z, w.
+int plain_quaternions(Node& node) {
+  int count = 0;
+  if (node.name == "origin" && node.get("quat_xyzw") != nullptr) {
+    const auto q = node.numbers("quat_xyzw", 4);
+    const Eigen::Quaterniond turn = q ? Eigen::Quaterniond(q->data()) : Eigen::Quaterniond(0, 0, 0, 0);
+    if (turn.norm() > 1e-6) {
+      const Eigen::Matrix3d R = turn.normalized().toRotationMatrix();
+      node.set("rpy", Eigen::Vector3d(std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0))),
+                                      std::atan2(R(1, 0), R(0, 0))));
+      node.drop("quat_xyzw");
+      ++count;
+    }
+  }
+  for (Node& child : node.children) count += plain_quaternions(child);
+  return count;
+}
+
+/// Of URDF 1.2: a cylinder with round ends becomes one that reaches as far.
+int plain_capsules(Node& node) {
+  int count = 0;
+  if (node.name == "capsule" && node.number("radius") && node.number("length")) {
+    node.name = "cylinder";
+    node.set("length", *node.number("length") + 2.0 * *node.number("radius"));
+    ++count;
+  }
+  for (Node& child : node.children) count += plain_capsules(child);
+  return count;
+}
+
+/// Our reader knows URDF 1.0: what later versions write in other words is written in its words.
+void plain_version(Draft& draft) {
+  const std::string version = draft.robot.text("version");
+  draft.robot.drop("version");
+  if (version.empty() || version == "1" || version == "1.0") return;
+  draft.note("URDF", fmt::format("version {}", version), "read as far as 1.0 has words for it");
+  if (const int count = plain_quaternions(draft.robot); count > 0)
+    draft.note("orientations", fmt::format("{} quaternions", count), "as roll, pitch and yaw");
+  if (const int count = plain_capsules(draft.robot); count > 0)
+    draft.note("capsules", fmt::format("{} cylinders", count), "that reach as far");
 }
 
 /// "Joint-A1 left" becomes "joint_a1_left"; used names get a number.
@@ -72,9 +119,10 @@ void rename(Draft& draft) {
     if (mimic != nullptr && joints.contains(mimic->text("joint"))) mimic->set("joint", joints.at(mimic->text("joint")));
   }
   if (changed > 0) draft.note("names", fmt::format("{} changed", changed), "lower case letters, digits and _ only");
-  for (std::string* wanted : {&draft.base, &draft.flange}) {
-    if (const auto found = links.find(*wanted); found != links.end()) *wanted = found->second;
-  }
+  std::vector<std::string*> wanted{&draft.base, &draft.flange};
+  for (std::string& link : draft.without) wanted.push_back(&link);
+  for (std::string* link : wanted)
+    if (const auto found = links.find(*link); found != links.end()) *link = found->second;
 }
 
 constexpr const char* kGrey = "0.7 0.7 0.72 1";
@@ -159,9 +207,14 @@ bool is_movable(const Node& joint) {
 
 void clean(Draft& draft, const std::string& name) {
   std::map<std::string, int> dropped;
+  plain_version(draft);
   drop_foreign(draft.robot, dropped);
   std::string list;
-  for (const auto& [word, count] : dropped) list += fmt::format("{}{} <{}>", list.empty() ? "" : ", ", count, word);
+  for (const auto& [word, count] : dropped) {
+    const bool attribute = word.find(' ') != word.npos;
+    list +=
+        fmt::format("{}{} {}{}{}", list.empty() ? "" : ", ", count, attribute ? "" : "<", word, attribute ? "" : ">");
+  }
   if (!list.empty()) draft.note("left out", list, "nothing here reads them");
   draft.robot.set("name", name);
   rename(draft);

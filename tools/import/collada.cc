@@ -18,8 +18,13 @@ namespace takt::tools {
 namespace {
 
 /// The transforms of the nodes are put into the corners, and everything but triangles is dropped.
-constexpr unsigned kAssimpSteps =
-    aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType | aiProcess_FindDegenerates;
+/// Corners are shared: what tells them apart (normals, texture places, colours of corners) goes first, and a mesh of
+/// kMostTriangles is then a file that our own reader takes.
+constexpr unsigned kAssimpSteps = aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType |
+                                  aiProcess_FindDegenerates | aiProcess_RemoveComponent |
+                                  aiProcess_JoinIdenticalVertices;
+constexpr int kAssimpRemoves =
+    aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_TEXCOORDS | aiComponent_COLORS;
 
 std::size_t triangles_in(const aiScene& scene) {
   std::size_t count = 0;
@@ -80,6 +85,7 @@ Result<MeshFile> read_collada(const std::filesystem::path& file) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, kAssimpRemoves);
   const aiScene* scene = importer.ReadFile(file.string(), kAssimpSteps);
   if (scene == nullptr)
     return failure(Code::kSyntax, "", fmt::format("it cannot be read: {}", importer.GetErrorString()));

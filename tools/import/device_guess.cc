@@ -9,6 +9,7 @@
 
 #include "core/base/random.h"
 #include "core/kinematics/inverse.h"
+#include "core/kinematics/joint_range.h"
 #include "core/kinematics/posture.h"
 #include "core/kinematics/solutions.h"
 
@@ -38,7 +39,8 @@ double rounded(double value) {
 JointVector random_posture(const Chain& chain, Random& random) {
   JointVector q(chain.joint_count());
   for (int i = 0; i < q.size(); ++i) {
-    q[i] = random.uniform(std::max(chain.lower()[i], -M_PI), std::min(chain.upper()[i], M_PI));
+    const kinematics::OneTurn turn = kinematics::one_turn(chain, i);
+    q[i] = random.uniform(turn.low, turn.high);
   }
   return q;
 }
@@ -148,10 +150,23 @@ bool stands_free(const kinematics::RobotModel& robot, const Chain& chain, const 
   return true;
 }
 
+/// What costs the least reach to hold: joints that slide, from the base on (a rail, a lift), then as the elbow of a
+/// seven-axis arm the third of those that turn.
 std::vector<int> held_joints(const Chain& chain) {
-  if (chain.joint_count() == 7) return {2};
-  std::vector<int> held;
-  for (int i = 0; i + 6 < chain.joint_count(); ++i) held.push_back(i);
+  std::vector<int> held, turning;
+  const int spare = std::max(0, chain.joint_count() - 6);
+  for (int i = 0; i < chain.joint_count(); ++i) {
+    if (chain.is_prismatic(i) && std::ssize(held) < spare) {
+      held.push_back(i);
+    } else {
+      turning.push_back(i);
+    }
+  }
+  while (std::ssize(held) < spare) {
+    const std::size_t elbow = std::ssize(held) + 1 == spare ? 2 : 0;
+    held.push_back(turning[elbow]);
+    turning.erase(turning.begin() + static_cast<std::ptrdiff_t>(elbow));
+  }
   return held;
 }
 
@@ -169,10 +184,11 @@ JointVector accelerations(const Chain& chain, Draft& draft) {
     const double spare = 0.8 * (chain.effort_limit()[i] - loads.holding[i]) / (loads.inertia[i] + kArmature);
     a[i] = rounded(std::max(kLeastAcceleration, std::min(wanted, spare)));
     if (spare >= kLeastAcceleration) continue;
-    draft.note(fmt::format("joint '{}' limit effort", chain.joint_names()[static_cast<std::size_t>(i)]),
-               fmt::format("{:g}, kept", chain.effort_limit()[i]),
-               fmt::format("WARNING: holding the arm takes up to {:.3g}: masses or torque limits of the file are wrong",
-                           loads.holding[i]));
+    draft.note(
+        fmt::format("joint '{}' limit effort", chain.joint_names()[static_cast<std::size_t>(i)]),
+        fmt::format("{:g}, kept", chain.effort_limit()[i]),
+        fmt::format("WARNING: holding the arm takes up to {:.3g} {}: masses or torque limits of the file are wrong",
+                    loads.holding[i], chain.is_prismatic(i) ? "N" : "Nm"));
   }
   return a;
 }
@@ -188,6 +204,16 @@ std::vector<double> guess_effort(const Chain& chain) {
     effort.push_back(rounded(10.0 + 2.0 * loads.holding[i] + 8.0 * (loads.inertia[i] + kArmature)));
   }
   return effort;
+}
+
+std::vector<Placeholder> placeholder_efforts(const Chain& chain) {
+  constexpr double kPlaceholder = 1.0;  // Nm or N
+  const Loads loads = loads_of(chain);
+  std::vector<Placeholder> found;
+  for (int i = 0; i < chain.joint_count(); ++i)
+    if (chain.effort_limit()[i] <= kPlaceholder && chain.effort_limit()[i] < loads.holding[i])
+      found.push_back({i, chain.effort_limit()[i], loads.holding[i]});
+  return found;
 }
 
 namespace {
@@ -220,7 +246,8 @@ JointVector home_of_few(const kinematics::RobotModel& robot, const Chain& chain,
 JointVector guess_home(const kinematics::RobotModel& robot, const Chain& chain) {
   JointVector best(chain.joint_count());
   for (int i = 0; i < best.size(); ++i) {
-    best[i] = 0.5 * (std::max(chain.lower()[i], -M_PI) + std::min(chain.upper()[i], M_PI));
+    const kinematics::OneTurn turn = kinematics::one_turn(chain, i);
+    best[i] = 0.5 * (turn.low + turn.high);
   }
   const auto inverse = InverseKinematics::create(chain, held_joints(chain));
   if (!inverse) return best;
@@ -229,8 +256,8 @@ JointVector guess_home(const kinematics::RobotModel& robot, const Chain& chain) 
   options.turns = false;
   options.reference = best;
   if (chain.joint_count() == 7) {
-    options.held_joint = 2;
-    options.held_values = {best[2]};
+    options.held_joint = held_joints(chain).front();
+    options.held_values = {best[options.held_joint]};
   }
   double most = 0.0;
   Eigen::Isometry3d X_BF = Eigen::Isometry3d::Identity();

@@ -15,6 +15,13 @@ namespace takt::tools {
 /// takes to speed up well, Nm or N; in the order of the chain.
 [[nodiscard]] std::vector<double> guess_effort(const kinematics::Chain& chain);
 
+/// A torque limit that files have in place of one: 1 or less, and the joint could not even hold the arm.
+struct Placeholder {
+  int joint;
+  double effort, holding;  ///< Nm or N
+};
+[[nodiscard]] std::vector<Placeholder> placeholder_efforts(const kinematics::Chain& chain);
+
 /// A posture with room on all sides: of those with the flange straight down in front of the base, elbow up, the one
 /// whose neighbours, a hand's width and a good turn away, are farthest from singular postures and limits. The middle of
 /// the ranges where there is none. rad or m.

@@ -25,6 +25,7 @@ struct Draft {
   std::vector<ImportNote> notes;
   Diagnostics diagnostics;  ///< errors that no guess can mend
   std::string base, flange;
+  std::vector<std::string> without;               ///< links that are left out, with what hangs on them
   std::vector<std::string> without_effort;        ///< movable joints whose torque limit is not known
   std::set<std::string> mimicked;                 ///< joints that others followed before they were frozen
   std::map<std::string, std::string> mesh_files;  ///< path below the folder of the model, content

@@ -166,6 +166,10 @@ Result<ObjectReport> import_object(const ObjectOptions& options) {
     return std::unexpected(solid.error());
   }
   ObjectReport report = report_of(options, *solid, std::move(notes));
+  constexpr double kHuge = 10.0;  // m
+  if (options.scale == 1.0 && report.size_m.maxCoeff() > kHuge)
+    report.notes.push_back({"size", fmt::format("{:.4g} m", report.size_m.maxCoeff()),
+                            "WARNING: of a mesh in millimetres? --scale 0.001"});
   const Workshop workshop(options.out, options.name);
   if (workshop.folder().empty())
     return failure(Code::kFileNotWritable, "--out", fmt::format("cannot write '{}'", options.out.string()));

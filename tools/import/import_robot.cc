@@ -1,6 +1,7 @@
 #include "tools/import/import_robot.h"
 
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -30,12 +31,18 @@ Diagnostics check_options(const ImportOptions& options) {
   return diagnostics;
 }
 
+/// A xacro file may have nothing but expressions and arguments.
+bool has_expressions(const std::string& text) {
+  return text.find("\"${") != text.npos || text.find("$(arg ") != text.npos || text.find("$(find ") != text.npos ||
+         (text.find("xmlns:xacro") != text.npos && text.find("${") != text.npos);
+}
+
 Result<Draft> read_draft(const ImportOptions& options) {
   auto text = read_file(options.urdf, kinematics::kMaxXmlBytes);
   if (!text) return std::unexpected(text.error());
   auto tree = kinematics::scan_xml(*text);
   if (!tree) return std::unexpected(tree.error());
-  const bool expand = kinematics::check_no_xacro(*tree).has_errors();
+  const bool expand = kinematics::check_no_xacro(*tree).has_errors() || has_expressions(*text);
   if (expand) {
     text = expand_xacro(options.urdf, {options.packages, options.xacro});
     if (!text) return std::unexpected(text.error());
@@ -52,6 +59,7 @@ Result<Draft> read_draft(const ImportOptions& options) {
   draft.robot = node_of(*tree);
   draft.base = options.base;
   draft.flange = options.flange;
+  draft.without = options.without;
   if (expand)
     draft.note("xacro", options.xacro.empty() ? "as it is" : fmt::format("{}", fmt::join(options.xacro, ", ")),
                "the file was expanded");
@@ -72,6 +80,15 @@ Result<kinematics::RobotModel> load(const fs::path& folder, const std::string& n
 /// Torque limits need the whole arm: they are guessed once it stands, and written into the URDF.
 void fill_effort(Draft& draft, const kinematics::Chain& chain) {
   const std::vector<double> effort = guess_effort(chain);
+  std::map<std::string, std::string> why;
+  for (const Placeholder& one : placeholder_efforts(chain)) {
+    const std::string& name = chain.joint_names()[static_cast<std::size_t>(one.joint)];
+    if (std::ranges::find(draft.without_effort, name) != draft.without_effort.end()) continue;
+    draft.without_effort.push_back(name);
+    why[name] = fmt::format(
+        "WARNING: the file has {:g}, a placeholder: holding the arm takes up to {:.3g}; twice that, and 8 rad/s2",
+        one.effort, one.holding);
+  }
   for (std::size_t i = 0; i < effort.size(); ++i) {
     const std::string& name = chain.joint_names()[i];
     if (std::ranges::find(draft.without_effort, name) == draft.without_effort.end()) continue;
@@ -80,7 +97,8 @@ void fill_effort(Draft& draft, const kinematics::Chain& chain) {
     }
     draft.note(fmt::format("joint '{}' limit effort", name),
                fmt::format("{:g} {}", effort[i], chain.is_prismatic(static_cast<int>(i)) ? "N" : "Nm"),
-               "the file has none; twice what holding the arm costs at most, and 8 rad/s2");
+               why.contains(name) ? why.at(name)
+                                  : "the file has none; twice what holding the arm costs at most, and 8 rad/s2");
   }
 }
 
@@ -111,10 +129,11 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const Workshop& 
   nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
   if (!options.title.empty()) device["title"] = options.title;
   if (auto written = workshop.write("device.json", device.dump(2) + "\n"); !written) return written;
-  if (auto written = workshop.write("README.md", readme(options, draft)); !written) return written;
   const auto arm = device::read_arm(folder);
   if (!arm) return std::unexpected(arm.error());
-  return {};
+  if (options.trial)
+    if (auto tried = options.trial(folder, draft.notes); !tried) return tried;
+  return workshop.write("README.md", readme(options, draft));
 }
 
 Result<void> build(const ImportOptions& options, Draft& draft, const Workshop& workshop) {

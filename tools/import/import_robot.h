@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,11 @@ struct ImportOptions {
   std::vector<std::filesystem::path> packages;  ///< where package:// meshes may lie, beside the folders above the file
   std::vector<std::string> xacro;               ///< "NAME:=VALUE", arguments of a xacro file
   std::string base, flange;                     ///< links; empty: guessed
+  std::vector<std::string> without;             ///< links that are left out, with all that hangs on them
   std::string title;                            ///< for people; empty: the name
+  /// Tries the model out before it comes to its place: an error refuses it, notes say what a guess does not do. Empty:
+  /// it is read only.
+  std::function<Result<void>(const std::filesystem::path& folder, std::vector<ImportNote>& notes)> trial = {};
 };
 
 struct ImportReport {

@@ -39,15 +39,53 @@ bool unusable(const LimitDefault& limit, double value) {
   return rate && value == 0.0;
 }
 
+/// In URDF a bound that is not there is 0; where there is none, the file has no range.
+void complete_range(Draft& draft, const Node& joint, Node& limit) {
+  const bool lower = limit.get("lower") != nullptr, upper = limit.get("upper") != nullptr;
+  if (lower == upper) return;
+  const char* missing = lower ? "upper" : "lower";
+  limit.set(missing, 0.0);
+  draft.note(fmt::format("joint '{}' limit {}", joint.text("name"), missing), "0",
+             "the file has the other end only, and in URDF a missing one is 0");
+}
+
+/// Roll, pitch and yaw of a rotation.
+Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R) {
+  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0))),
+          std::atan2(R(1, 0), R(0, 0))};
+}
+
+/// A joint that cannot leave its place is a part of what carries it.
+bool lock(Draft& draft, Node& joint) {
+  const Node* limit = joint.child("limit");
+  const auto lower = limit != nullptr ? limit->number("lower") : std::nullopt;
+  const auto upper = limit != nullptr ? limit->number("upper") : std::nullopt;
+  if (!lower || !upper || *lower != *upper || joint.text("type") == "continuous") return false;
+  const bool slides = joint.text("type") == "prismatic";
+  const Node* axis_node = joint.child("axis");
+  const Eigen::Vector3d axis = axis_node != nullptr ? axis_node->vector("xyz", Eigen::Vector3d::UnitX())
+                                                    : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  if (!(axis.norm() > 0.0)) return false;
+  Eigen::Isometry3d X = joint.origin();
+  if (slides) {
+    X.translate(*lower * axis.normalized());
+  } else {
+    X.rotate(Eigen::AngleAxisd(*lower, axis.normalized()));
+  }
+  if (*lower != 0.0) joint.set_origin(X.translation(), rpy_of(X.linear()));
+  draft.note(fmt::format("joint '{}'", joint.text("name")),
+             fmt::format("fixed at {:g} {}", *lower, slides ? "m" : "rad"), "both ends of its range are the same");
+  freeze(joint);
+  return true;
+}
+
 void complete_limits(Draft& draft, Node& joint) {
   const std::string name = joint.text("name");
   const bool slides = joint.text("type") == "prismatic";
   const bool endless = joint.text("type") == "continuous";
   Node& limit = joint.need("limit");
-  const auto lower = limit.number("lower"), upper = limit.number("upper");
-  // Both zero, or none: many files write that where they mean no limit.
-  const bool no_range =
-      !endless && (!limit.get("lower") || !limit.get("upper") || (lower && upper && *lower == *upper));
+  if (!endless) complete_range(draft, joint, limit);
+  const bool no_range = !endless && !limit.get("lower");
   for (const LimitDefault& row : kLimits) {
     const bool range = std::string_view(row.key) == "lower" || std::string_view(row.key) == "upper";
     if (range && endless) {
@@ -114,6 +152,9 @@ bool has_word(const std::string& name, std::span<const std::string_view> words) 
   return std::ranges::any_of(words, [&](std::string_view word) { return text.find(word) != text.npos; });
 }
 
+/// Frames of what looks at the work, not of what carries it.
+constexpr std::array<std::string_view, 7> kSensorWords = {"camera", "optical",   "lidar", "laser",
+                                                          "depth",  "realsense", "imu"};
 constexpr std::array<std::string_view, 5> kFingerWords = {"finger", "gripper", "jaw", "knuckle", "gripping"};
 
 /// A finger that drives the others, which follow it: the last joint behind those of an arm.
@@ -179,6 +220,7 @@ void guess_flange(Draft& draft) {
     const std::string name = link->text("name");
     const Tip tip{name, flange_rank(*link), joints_to(draft, name)};
     if (tip.joints == 0 || part_of_gripper(draft, *link) || behind_fingers(draft, name)) continue;
+    if (has_word(name, kSensorWords)) continue;
     if (tip.better_than(best)) best = tip;
   }
   if (best.link.empty()) {
@@ -226,19 +268,69 @@ bool below(Draft& draft, std::string link, const std::string& top) {
   return true;
 }
 
-void drop_above_base(Draft& draft) {
-  std::set<std::string> kept;
-  for (const Node* link : draft.robot.all("link")) {
-    if (below(draft, link->text("name"), draft.base)) kept.insert(link->text("name"));
-  }
-  std::size_t dropped = 0;
+/// Leaves out these links, with the joints above them and the one above the base.
+std::size_t drop_links(Draft& draft, const std::set<std::string>& links) {
   std::erase_if(draft.robot.children, [&](const Node& node) {
-    const bool joint = node.name == "joint" && (!kept.contains(child_of(node)) || child_of(node) == draft.base);
-    const bool link = node.name == "link" && !kept.contains(node.text("name"));
-    dropped += link ? 1 : 0;
-    return joint || link;
+    const bool above = !draft.base.empty() && node.name == "joint" && child_of(node) == draft.base;
+    const bool joint = node.name == "joint" && links.contains(child_of(node));
+    return above || joint || (node.name == "link" && links.contains(node.text("name")));
   });
-  if (dropped > 0) draft.note("left out", fmt::format("{} links", dropped), "they are not below the base");
+  return links.size();
+}
+
+std::set<std::string> links_below(Draft& draft, const std::string& top) {
+  std::set<std::string> links;
+  for (const Node* link : draft.robot.all("link"))
+    if (below(draft, link->text("name"), top)) links.insert(link->text("name"));
+  return links;
+}
+
+void drop_above_base(Draft& draft) {
+  std::set<std::string> above;
+  for (const Node* link : draft.robot.all("link"))
+    if (!below(draft, link->text("name"), draft.base)) above.insert(link->text("name"));
+  if (drop_links(draft, above) > 0)
+    draft.note("left out", fmt::format("{} links", above.size()), "they are not below the base");
+}
+
+/// What hangs on a joint of a kind that arms have not (a camera that floats) is no part of the arm, unless it carries
+/// the flange: then the checker refuses it.
+void drop_strange(Draft& draft) {
+  constexpr std::array<std::string_view, 2> kStrange = {"floating", "planar"};
+  for (bool again = true; again;) {
+    again = false;
+    for (const Node* joint : draft.robot.all("joint")) {
+      if (std::ranges::find(kStrange, joint->text("type")) == kStrange.end()) continue;
+      const std::string name = joint->text("name"), kind = joint->text("type"), top = child_of(*joint);
+      if (below(draft, draft.flange, top)) continue;
+      const std::size_t count = drop_links(draft, links_below(draft, top));
+      draft.note(fmt::format("joint '{}'", name), fmt::format("left out, with {} link{}", count, count == 1 ? "" : "s"),
+                 fmt::format("{} joints are not simulated, and it does not carry the flange", kind));
+      again = true;
+      break;
+    }
+  }
+}
+
+/// What the options leave out.
+void drop_unwanted(Draft& draft) {
+  for (const std::string& top : draft.without) {
+    if (draft.link(top) == nullptr) {
+      std::vector<std::string> names;
+      for (const Node* node : draft.robot.all("link")) names.push_back(node->text("name"));
+      draft.diagnostics.error(Code::kUnknownName, "--without", fmt::format("there is no link '{}'", top),
+                              nearest_choice(top, names));
+      continue;
+    }
+    if (draft.joint_above(top) == nullptr || (!draft.flange.empty() && below(draft, draft.flange, top))) {
+      draft.diagnostics.error(Code::kInvalidValue, "--without", fmt::format("'{}' is not beside the arm", top),
+                              "a link that does not carry the flange");
+      continue;
+    }
+    const std::size_t count = drop_links(draft, links_below(draft, top));
+    draft.note(fmt::format("link '{}'", top), fmt::format("left out, {} link{}", count, count == 1 ? "" : "s"),
+               "--without");
+  }
 }
 
 /// Joints between links that are not there; links that hang on themselves, or on two joints: no way leads up from them.
@@ -281,7 +373,7 @@ void complete_joints(Draft& draft) {
                  fmt::format("it mimics '{}', and couplings are not simulated", mimic->text("joint")));
       freeze(*joint);
     }
-    if (is_movable(*joint)) complete_limits(draft, *joint);
+    if (is_movable(*joint) && !lock(draft, *joint)) complete_limits(draft, *joint);
     if (joint->text("type") == "fixed") {
       for (const char* word : {"axis", "limit", "dynamics"}) joint->drop_children(word);
     }
@@ -298,6 +390,8 @@ void guess_chain(Draft& draft) {
                             nearest_choice(link, names));
   }
   if (draft.diagnostics.has_errors()) return;
+  drop_unwanted(draft);
+  if (draft.diagnostics.has_errors()) return;
   if (draft.flange.empty()) guess_flange(draft);
   if (draft.diagnostics.has_errors()) return;
   if (draft.base.empty()) guess_base(draft);
@@ -307,10 +401,11 @@ void guess_chain(Draft& draft) {
     return;
   }
   drop_above_base(draft);
+  drop_strange(draft);
   for (Node* joint : draft.robot.all("joint")) {
     if (!is_movable(*joint) || below(draft, draft.flange, child_of(*joint))) continue;
     draft.note(fmt::format("joint '{}'", joint->text("name")), "fixed at zero",
-               "it is not on the chain from base to flange");
+               "it is not on the chain from base to flange; --without LINK leaves out a gripper");
     freeze(*joint);
   }
 }

@@ -50,7 +50,11 @@ def folder_of(package):
         if os.path.isdir(inside):
             return inside
     for root in roots:
-        for entry in sorted(os.scandir(root), key=lambda one: one.name):
+        try:
+            entries = sorted(os.scandir(root), key=lambda one: one.name)
+        except OSError:  # a folder above the file that is not ours to read
+            continue
+        for entry in entries:
             if entry.is_dir() and name_of(entry.path) == package:
                 return entry.path
     raise LookupError(f"there is no package '{package}'")
@@ -66,11 +70,17 @@ try:
 except ImportError as error:
     sys.stderr.write(f"{error}\n")
     sys.exit(4)
+def reasons(error):
+    # xacro wraps what went wrong in what it was doing then.
+    inner = getattr(error, "exc", None) or error.__cause__ or error.__context__
+    own = " ".join(f"{type(error).__name__}: {error}".split())
+    return own if inner is None or inner is error else f"{reasons(inner)}; {own}"
+
 try:
     document = xacro.process_file(file, mappings=dict(one.split(":=", 1) for one in arguments))
     sys.stdout.write(document.toxml())
 except Exception as error:
-    sys.stderr.write(f"{type(error).__name__}: {error}\n")
+    sys.stderr.write(f"\n{reasons(error)}\n")
     sys.exit(3)
 )";
 

@@ -199,6 +199,25 @@ TEST_F(PlanPtpRefuses, GoalsOutsideTheRangeWithJointValueAndRange) {
   EXPECT_THAT(refusal(goal, zero_), Reports(Code::kOutOfRange, "/start/1"));
 }
 
+/// kinematics::kRangeTolerance: a measured start may be outside by what an encoder rounds, a goal by what a file does.
+TEST_F(PlanPtpRefuses, StartsAndGoalsAtAnEndOfTheRangeAreNone) {
+  const double upper = limits_.upper[0];
+  for (const double beyond : {1e-12, 5e-6, 9e-5}) {
+    JointVector outside = zero_;
+    outside[0] = upper + beyond;
+    const auto there = plan_ptp(chain_, limits_, zero_, outside);
+    ASSERT_TRUE(there);
+    EXPECT_EQ(there->q_goal[0], upper) << "the end itself: the guard lets nothing go further";
+    const auto back = plan_ptp(chain_, limits_, outside, zero_);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->q_start, outside) << "where it is";
+  }
+  JointVector beyond = zero_;
+  beyond[0] = upper + 1.1e-4;
+  EXPECT_THAT(refusal(zero_, beyond), Reports(Code::kOutOfRange, "/goal/0"));
+  EXPECT_THAT(refusal(beyond, zero_), Reports(Code::kOutOfRange, "/start/0"));
+}
+
 TEST_F(PlanPtpRefuses, WhatIsNoNumberAndWhatDoesNotFit) {
   JointVector goal = zero_;
   goal[6] = std::numeric_limits<double>::quiet_NaN();

@@ -47,6 +47,16 @@ TEST_F(GoalTest, HomeAndJoints) {
   for (int i = 0; i < 7; ++i) EXPECT_NEAR(q_goal[i], kDegree * (std::array{10, -20, 30, 40, -50, 60, -70}[i]), 1e-15);
 }
 
+TEST_F(GoalTest, HomeAndJointsMayBeAbsolute) {
+  EXPECT_EQ(joints(R"({"home": true})"), fake.arm->home);
+  EXPECT_EQ(joints(R"({"home": true, "absolute": true})"), fake.arm->home);
+  const std::string degrees = R"("joints_deg": [10, -20, 30, 40, -50, 60, -70])";
+  EXPECT_EQ(joints("{" + degrees + R"(, "absolute": true})"), joints("{" + degrees + "}"))
+      << "joints with limits have one turn each";
+  EXPECT_THAT(wrong(R"({"home": false})"), ElementsAre("/step/to/home"));
+  EXPECT_THAT(wrong(R"({"by_m": [0, 0, 0.1], "absolute": true})"), ElementsAre("/step/to/absolute"));
+}
+
 TEST_F(GoalTest, APoseIsGivenInAFrameAndReachedInTheArmsBase) {
   const auto X = pose(R"({"in": "block", "position_m": [0.01, 0.02, 0.1], "rpy_deg": [180, 0, 90]})");
   const Eigen::Isometry3d X_WT = fake.X_WB * X;
