@@ -10,20 +10,12 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <mujoco/mujoco.h>
 
-#include "core/kinematics/chain.h"
 #include "sim/body_force.h"
-#include "sim/contact_law.h"
-#include "sim/contact_watch.h"
 #include "sim/description_check.h"
 #include "sim/islands.h"
-#include "sim/model_compiler.h"
 #include "sim/mujoco_errors.h"
-#include "sim/nominal_payload.h"
-#include "sim/rest.h"
-#include "sim/solids.h"
-#include "sim/thread_law.h"
+#include "sim/world_impl.h"
 
 namespace takt::sim {
 namespace {
@@ -39,218 +31,6 @@ Nanoseconds wall_clock() {
 
 }  // namespace
 
-struct World::Impl {
-  Owned<mjModel> model;  // of the physics
-  Owned<mjData> data;
-  Owned<mjModel> picture_model;
-  Owned<mjData> picture_data;
-  std::optional<ContactLaw> contacts;
-  Solids solids;
-  ThreadLaw threads;
-  Rest rest;
-  Physics physics;
-  Nanoseconds now = 0;
-  // In the order of the description, kind after kind: inputs after what they read; last the devices of
-  // other kinds.
-  struct NamedDevice {
-    std::string name;
-    std::unique_ptr<SimDevice> device;
-  };
-  std::vector<NamedDevice> named;
-  std::vector<SimDevice*> devices;  // the same
-  std::vector<ContactWatch> watches;
-  std::vector<TouchingBodies> touching;  // of the last physics step
-  std::optional<ContactList> contact_list;
-  std::vector<std::string> lamps;         // the wires that light something, by name
-  std::vector<const double*> lamp_wires;  // the same
-  std::vector<double> plant_state;
-  std::vector<std::uint64_t> words;  // the state as a digest sees it
-  struct Push {
-    int body = 0;
-    Eigen::Vector3d force, torque;
-  };
-  std::vector<Push> pushes;  // one of a body
-  bool profiling = false;
-  StepTimes times;
-
-  [[nodiscard]] Diagnostics add_arms(const WorldDescription& description);
-  [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
-  void add_sensors(const WorldDescription& description);
-  void add_grippers(const WorldDescription& description);
-  void add_tool_changers(const WorldDescription& description);
-  void add_signals(const WorldDescription& description);
-  void add(std::string name, std::unique_ptr<SimDevice> device) {
-    devices.push_back(device.get());
-    named.push_back({std::move(name), std::move(device)});
-  }
-  template <class Device>
-  [[nodiscard]] Device* find(std::string_view name) const {
-    for (const auto& one : named) {
-      if (one.name != name) continue;
-      if (auto* device = dynamic_cast<Device*>(one.device.get())) return device;
-    }
-    return nullptr;
-  }
-  [[nodiscard]] Diagnostics add_others(const WorldDescription& description);
-  void set_start(const WorldDescription& description);
-  void step();
-  /// What is applied to bodies begins with what push() says; devices add to it.
-  void begin_forces();
-  /// Of the physics in the cycle that begins now.
-  [[nodiscard]] Nanoseconds length_of_step() const;
-  void physics_step(Nanoseconds end);
-  void look();
-  void forward();
-  /// @return the number of words
-  std::size_t stream(StateStream::Mode mode, std::span<std::uint64_t> state);
-  [[nodiscard]] bool diverged() const;
-};
-
-Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, const SimArmDescription& arm) {
-  const auto& robot = *std::ranges::find(description.robots, arm.robot, &RobotDescription::name);
-  const std::string at = place(arm.pointer, "arms", arm.name);
-  std::span<const std::string> wheels;
-  if (arm.drive) wheels = arm.drive->wheels;
-  auto chain = kinematics::Chain::create(*robot.model, arm.base_link, arm.flange_link, wheels);
-  if (!chain) {
-    Diagnostics found;
-    found.append(chain.error(), at);
-    return std::unexpected(std::move(found));
-  }
-  const int n = chain->joint_count();
-  Diagnostics wrong_sizes;
-  for (const JointVector* given :
-       {&arm.control.natural_frequency, &arm.control.damping_ratio, &arm.control.friction_observer,
-        &arm.control.protective_torque, &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
-    if (given->size() == 0 || given->size() == n) continue;
-    wrong_sizes.error(Code::kWrongSize, at, fmt::format("{} figures for {} joints", given->size(), n),
-                      "one for each joint, or none");
-  }
-  if (wrong_sizes.has_errors()) return std::unexpected(std::move(wrong_sizes));
-  ArmPlant plant{.chain = std::move(*chain)};
-  plant.armature = plant.coulomb = plant.viscous = JointVector::Zero(n);
-  for (int i = 0; i < n; ++i) {
-    const auto slot = static_cast<std::size_t>(i);
-    const std::string& name = plant.chain.joint_names()[slot];
-    const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + name).c_str());
-    plant.position_address[slot] = model->jnt_qposadr[id];
-    plant.velocity_address[slot] = model->jnt_dofadr[id];
-    if (i == 0) plant.root = model->jnt_bodyid[id];
-    const kinematics::Joint& joint = *robot.model->joint(name);
-    const auto figures = std::ranges::find(robot.joints, name, &JointFigures::joint);
-    const JointFigures known = figures == robot.joints.end() ? JointFigures{} : *figures;
-    plant.armature[i] = known.armature;
-    plant.coulomb[i] = known.coulomb.value_or(joint.friction);
-    plant.viscous[i] = known.viscous.value_or(joint.damping);
-  }
-  const int base = mj_name2id(model.get(), mjOBJ_BODY, (robot.name + "/" + arm.base_link).c_str());
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data->xmat + 9 * base);
-  plant.gravity_B = R_WB.transpose() * description.physics.gravity;
-  plant.timestep = to_seconds(description.physics.longest_step());
-  plant.period = to_seconds(description.physics.period);
-  if (arm.drive) {
-    BaseDrive::Wheels turning(wheels.size());
-    for (std::size_t i = 0; i < turning.size(); ++i) {
-      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + wheels[i]).c_str());
-      turning[i].velocity_address = model->jnt_dofadr[id];
-      turning[i].inertia = model->dof_M0[turning[i].velocity_address];
-    }
-    plant.drive.emplace(*arm.drive, std::move(turning), description.seed, arm.name);
-  }
-  plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
-  return plant;
-}
-
-Diagnostics World::Impl::add_arms(const WorldDescription& description) {
-  Diagnostics diagnostics;
-  for (const auto& arm : description.arms) {
-    auto plant = arm_plant(description, arm);
-    if (!plant) {
-      diagnostics.append(plant.error());
-      continue;
-    }
-    const int root = plant->root;
-    add(arm.name, std::make_unique<SimArm>(arm, std::move(*plant), description.seed));
-    if (arm.drive) rest.add_driven(*model, root, *devices.back());
-  }
-  return diagnostics;
-}
-
-void World::Impl::add_sensors(const WorldDescription& description) {
-  for (const auto& sensor : description.force_torque_sensors) {
-    const auto address = [&](std::string_view suffix) {
-      return model->sensor_adr[mj_name2id(model.get(), mjOBJ_SENSOR, fmt::format("{}{}", sensor.name, suffix).c_str())];
-    };
-    add(sensor.name, std::make_unique<SimForceTorque>(sensor, address("/force"), address("/torque"),
-                                                      description.physics, description.seed));
-  }
-}
-
-void World::Impl::add_grippers(const WorldDescription& description) {
-  for (const auto& gripper : description.grippers) {
-    SimGripper::Plant plant;
-    for (std::size_t i = 0; i < gripper.fingers.size(); ++i) {
-      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (gripper.robot + "/" + gripper.fingers[i]).c_str());
-      plant.position_address[i] = model->jnt_qposadr[id];
-      plant.velocity_address[i] = model->jnt_dofadr[id];
-    }
-    add(gripper.name, std::make_unique<SimGripper>(gripper, plant));
-  }
-}
-
-void World::Impl::add_tool_changers(const WorldDescription& description) {
-  for (const auto& changer : description.tool_changers)
-    add(changer.name, std::make_unique<SimToolChanger>(changer, description, *model));
-}
-
-void World::Impl::add_signals(const WorldDescription& description) {
-  for (const auto& output : description.outputs) add(output.name, std::make_unique<SimOutput>(output));
-  for (const auto& beam : description.beams) {
-    const int body = mj_name2id(model.get(), mjOBJ_BODY, beam.body.c_str());
-    add(beam.name, std::make_unique<SimBeam>(beam, *model, body, description.seed));
-  }
-  for (const auto& input : description.inputs) {
-    const SimOutput* output = find<SimOutput>(input.source);
-    const SimBeam* beam = find<SimBeam>(input.source);
-    const double* wire = output ? output->wire() : beam ? beam->wire() : nullptr;
-    add(input.name, std::make_unique<SimInput>(input, wire, description.seed));
-  }
-  lamps = takt::sim::lamp_wires(description);
-  for (const std::string& lamp : lamps) {
-    const SimOutput* output = find<SimOutput>(lamp);
-    lamp_wires.push_back(output ? output->wire() : find<SimBeam>(lamp)->wire());
-  }
-}
-
-Diagnostics World::Impl::add_others(const WorldDescription& description) {
-  Diagnostics diagnostics;
-  for (const auto& one : description.devices) {
-    auto device = one.make(*model, description);
-    if (!device) {
-      diagnostics.append(device.error(), place(one.pointer, "devices", one.name));
-      continue;
-    }
-    add(one.name, std::move(*device));
-  }
-  return diagnostics;
-}
-
-void World::Impl::set_start(const WorldDescription& description) {
-  for (const auto& robot : description.robots) {
-    const auto joints = movable_joints(*robot.model);
-    for (std::size_t i = 0; i < robot.q.size(); ++i) {
-      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + joints[i]->name).c_str());
-      data->qpos[model->jnt_qposadr[id]] = robot.q[i];
-    }
-  }
-  forward();
-}
-
-/// Short steps are for screws, which weigh a few grams: longer ones do while none of them moves by itself.
-Nanoseconds World::Impl::length_of_step() const {
-  return physics.calm_timestep > 0 && threads.calm(*data) ? physics.calm_timestep : physics.timestep;
-}
-
 void World::Impl::physics_step(Nanoseconds end) {
   mjModel* m = model.get();
   mjData* d = data.get();
@@ -259,12 +39,14 @@ void World::Impl::physics_step(Nanoseconds end) {
     mj_step(m, d);
   } else {
     contacts->prepare(*m, *d, solids);
+    free_motion.prepare(*m, *d);
     if (threads.empty()) {
       copy_rows_to_islands(*m, *d);
       mj_step2(m, d);
     } else {
       threads.finish_step(*m, *d);
     }
+    free_motion.finish(*m, *d);
   }
   if (!watches.empty()) list_touching(*m, *d, touching);
   for (auto& watch : watches) watch.update(*m, *d, touching);
@@ -322,6 +104,24 @@ bool World::Impl::diverged() const {
   return w[mjWARN_BADQPOS].number + w[mjWARN_BADQVEL].number + w[mjWARN_BADQACC].number > 0;
 }
 
+int World::Impl::diverged_body() const {
+  const auto& w = data->warning;
+  for (int joint = 0; joint < static_cast<int>(model->njnt); ++joint) {
+    const int next = joint + 1;
+    const bool last = next == static_cast<int>(model->njnt);
+    const auto within = [](int number, int begin, int end) { return number >= begin && number < end; };
+    const int positions_end = last ? static_cast<int>(model->nq) : model->jnt_qposadr[next];
+    const int axes_end = last ? static_cast<int>(model->nv) : model->jnt_dofadr[next];
+    if (w[mjWARN_BADQPOS].number > 0) {
+      if (within(w[mjWARN_BADQPOS].lastinfo, model->jnt_qposadr[joint], positions_end)) return model->jnt_bodyid[joint];
+      continue;
+    }
+    const auto& bad = w[mjWARN_BADQVEL].number > 0 ? w[mjWARN_BADQVEL] : w[mjWARN_BADQACC];
+    if (bad.number > 0 && within(bad.lastinfo, model->jnt_dofadr[joint], axes_end)) return model->jnt_bodyid[joint];
+  }
+  return -1;
+}
+
 std::size_t World::Impl::stream(StateStream::Mode mode, std::span<std::uint64_t> state) {
   StateStream stream(mode, state);
   if (mode == StateStream::Mode::kWrite) mj_getState(model.get(), data.get(), plant_state.data(), kStateParts);
@@ -359,6 +159,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->solids = Solids(*impl->model, description);
   impl->threads = ThreadLaw(*impl->model, description, impl->solids);
   impl->contacts.emplace(*impl->model, description);
+  impl->free_motion = FreeMotion(*impl->model);
   impl->set_start(description);
   diagnostics = impl->add_arms(description);
   impl->add_sensors(description);
@@ -387,13 +188,13 @@ void World::Impl::begin_forces() {
 }
 
 void World::Impl::step() {
-  const Nanoseconds length = length_of_step();
-  model->opt.timestep = to_seconds(length);
+  const Nanoseconds length = physics.timestep;
   for (Substep step{.length = length, .duration = to_seconds(length)}; step.number * length < physics.period;
        ++step.number) {
     const Nanoseconds begin = profiling ? wall_clock() : 0;
     begin_forces();
     for (SimDevice* device : devices) device->actuate(*data, step);
+    if (rest.pushed(*model, *data)) look();  // what is pushed wakes before the step, and keeps all of the impulse
     const Nanoseconds actuated = profiling ? wall_clock() : 0;
     physics_step(now + length * (step.number + 1));
     if (!profiling) continue;
@@ -414,6 +215,13 @@ bool World::step() {
     return false;
   }
   return !impl_->diverged();
+}
+
+std::string World::divergence() const {
+  const int body = impl_->diverged_body();
+  const char* name = body > 0 ? mj_id2name(impl_->model.get(), mjOBJ_BODY, body) : nullptr;
+  return fmt::format("the physics{} diverged at {:.3f} s", name != nullptr ? fmt::format(" of '{}'", name) : "",
+                     to_seconds(impl_->now));
 }
 
 Nanoseconds World::time() const { return impl_->now; }
