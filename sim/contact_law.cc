@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
@@ -15,13 +16,23 @@ namespace {
 /// Source: R. D. Mindlin, "Compliance of elastic bodies in contact", J. Appl. Mech. 16 (1949).
 constexpr double kTangentialShare = 0.8;
 /// While it slides, a contact's friction is a known force and needs no inertia of its own; this share of the mass in
-/// contact keeps the equations regular: 64 points slow a body down by a tenth of a thousandth.
+/// contact keeps the equations regular. 64 points add a tenth of a thousandth; parts that are too light for the step
+/// (screws of a few grams) need more.
 constexpr double kSlidingMass = 1e-6;
+constexpr double kLightSlidingMass = 0.01;
 /// A point that friction brings to rest within so many steps is slowed down and never turned round.
 constexpr double kStopSteps = 2.0;
-/// The cone of a sliding contact is so much wider: the law limits the force itself, and the cone is only there for
-/// surfaces that part within the step.
-constexpr double kSlidingCone = 10.0;
+/// The cone of a point is so much wider: the law limits the force itself, and the cone is only there for surfaces that
+/// part within the step.
+constexpr double kWideCone = 10.0;
+/// Share of the spring's force that dampers may have in the load of a contact whose load is known before the step.
+constexpr double kSteadyShare = 0.5;
+/// Points of a contact that has a patch to share: with fewer, its limit is that of a point.
+constexpr int kFewestShared = 3;
+/// Inertia that the step adds over the mass in contact: the load of a lighter part is not known before the step.
+constexpr double kHeaviestStep = 300.0;
+constexpr double kSharesRate = 1.0;
+constexpr double kSharesTime = 0.2;        // s
 constexpr std::size_t kMostPoints = 1024;  // of two shapes
 constexpr double kLeastFriction = 1e-5;    // MuJoCo divides by it
 constexpr double kLeastLever = 1e-5;       // m, likewise
@@ -89,10 +100,12 @@ struct ContactLaw::Patch {
   const ContactPair* pair = nullptr;
   double stiffness = 0.0, damping = 0.0;  ///< of one point, normal
   double normal_damping = 0.0;            ///< of one point, with what the step adds
-  double mass = 0.0;                      ///< kg, that the two bodies have against each other, about
+  double mass = 0.0;                      ///< kg, that the two bodies have against each other, about; a share of it
   double load = 0.0;                      ///< N, normal, of all points
   double friction_limit = 0.0;            ///< N, of all points
   double torsion = 0.0;                   ///< m
+  double least = 0.0;                     ///< kg, that a sliding point adds
+  bool steady = false;                    ///< most of the load is that of springs: it changes little in the step
   Eigen::Vector3d centre, normal;         ///< of the pressure, in the world
   Eigen::Vector3d stretch;                ///< m, in the world
   double twist = 0.0;                     ///< rad
@@ -190,18 +203,36 @@ void ContactLaw::prepare(const mjModel& model, mjData& data, const Solids& solid
   timestep_ = model.opt.timestep;
   if (!springs_.empty()) set_springs(data);
   // The contact points of two shapes follow each other, and among them those that share a spring.
+  int pair_end = 0;
   for (int begin = 0, end = 0; begin < data.ncon; begin = end) {
     const int group = solids.group(begin);
     const auto belongs = [&](int i) {
       return shapes_of(data.contact[i]) == shapes_of(data.contact[begin]) && solids.group(i) == group;
     };
     for (end = begin + 1; end < data.ncon && belongs(end);) ++end;
+    if (begin >= pair_end) std::tie(pair_end, patches_of_pair_) = patches_from(model, data, solids, begin);
     if (data.contact[begin].geom[0] >= 0 && data.contact[begin].geom[1] >= 0)
       set_patch(model, data, solids, begin, end);
   }
   if (data.ntree_awake < static_cast<int>(model.ntree)) keep_resting(model, data);
   std::fill(after_.begin() + static_cast<std::ptrdiff_t>(used_), after_.end(), Memory{});
   std::swap(before_, after_);
+}
+
+/// The end of the contacts of the two bodies whose first one this is, and how many patches they are.
+std::pair<int, int> ContactLaw::patches_from(const mjModel& model, const mjData& data, const Solids& solids,
+                                             int begin) const {
+  const auto bodies = [&](int i) {
+    const auto body = [&](int geom) { return geom < 0 ? -1 : model.geom_bodyid[geom]; };
+    return std::pair(body(data.contact[i].geom[0]), body(data.contact[i].geom[1]));
+  };
+  int end = begin + 1, patches = 1;
+  for (; end < data.ncon && bodies(end) == bodies(begin); ++end) {
+    const bool other =
+        shapes_of(data.contact[end]) != shapes_of(data.contact[end - 1]) || solids.group(end) != solids.group(end - 1);
+    patches += other ? 1 : 0;
+  }
+  return {end, patches};
 }
 
 /// What sleeps has no contacts, and its friction stays as it is.
@@ -240,15 +271,30 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& sol
   }
   if (points == 0) return;
   const mjContact& first = data.contact[begin];
-  const double shares = squares > 0.0 ? depth * depth / squares : points;
   const double h = timestep_;
+  Memory memory{.shapes = spring_of(first, group)};
+  const Memory* old = remembered(memory.shapes);
+  // A part that rocks would gain energy if its springs followed the shares of the points at once.
+  const double shares_now = squares > 0.0 ? depth * depth / squares : points;
+  const double before = old != nullptr ? old->shares : shares_now;
+  const double fewer = (kSharesRate + (before - shares_now) / kSharesTime) * h;
+  const double shares = std::max(shares_now, before - fewer);
+  memory.shares = shares;
   Patch patch;
   patch.pair = &pair(first.geom[0], first.geom[1]);
   patch.torsion = patch.pair->torsion;
   const int body = model.body_weldid[model.geom_bodyid[first.geom[0]]];
   const int other = model.body_weldid[model.geom_bodyid[first.geom[1]]];
-  patch.mass = 1.0 / std::max(mjMINVAL, model.body_invweight0[2 * body] + model.body_invweight0[2 * other]);
+  const double mass = 1.0 / std::max(mjMINVAL, model.body_invweight0[2 * body] + model.body_invweight0[2 * other]);
+  patch.mass = mass;
   set_along(patch, whole > 0.0 ? whole : 1.0);
+  const bool light = patch.along_inertia > kHeaviestStep * mass;
+  const bool shared = points >= kFewestShared && !light;
+  patch.least = (light ? kLightSlidingMass : kSlidingMass) * mass;
+  if (shared) {
+    patch.mass = mass / patches_of_pair_;
+    set_along(patch, whole > 0.0 ? whole : 1.0);
+  }
   // What one point has of the stiffness.
   const auto scale_to = [&](int i) {
     const double own = solids.weight(i);
@@ -259,17 +305,23 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& sol
     patch.normal_damping = patch.damping + added / (added + patch.mass) * h * patch.stiffness;
   };
   loads_.clear();
+  double springs = 0.0;
   for (int i = begin; i < end; ++i) {
     const int row = data.contact[i].efc_address;
     double force = 0.0;
     if (row >= 0) {
       scale_to(i);
-      force = -patch.stiffness * (data.efc_pos[row] - data.efc_margin[row]) - patch.normal_damping * data.efc_vel[row];
+      const double spring = -patch.stiffness * (data.efc_pos[row] - data.efc_margin[row]);
+      // Where the step adds much to a small mass, most of what dampers would do does not come about in it.
+      const double added = shared ? h * (h * patch.stiffness + patch.damping) * points : 0.0;
+      force = spring - patch.normal_damping * data.efc_vel[row] * patch.mass / (patch.mass + added);
+      springs += spring;
     }
     loads_.push_back(force);
     patch.load += std::max(0.0, force);
   }
   patch.friction_limit = patch.pair->friction * patch.load;
+  patch.steady = shared && std::abs(patch.load - springs) <= kSteadyShare * springs;
 
   patch.centre = patch.normal = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -302,11 +354,10 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& sol
   if (deviation <= kLeastDeviation && first.dim > 3) spin = data.efc_vel[first.efc_address + 3];
 
   // Friction's spring moves with the surfaces.
-  Memory memory{.shapes = spring_of(first, group)};
   const MatrixMap R(data.xmat + 9 * model.geom_bodyid[first.geom[0]]);
   patch.stretch = h * velocity;
   patch.twist = h * spin;
-  if (const Memory* old = remembered(memory.shapes)) {
+  if (old != nullptr) {
     patch.stretch += R * old->stretch;
     patch.twist += old->twist;
   }
@@ -314,10 +365,9 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& sol
   for (int i = begin; i < end; ++i) {
     if (data.contact[i].efc_address < 0) continue;
     scale_to(i);
-    set_rows(model, data, patch, data.contact[i], loads_[static_cast<std::size_t>(i - begin)], share_of(i));
+    set_rows(model, data, patch, data.contact[i], share_of(i));
   }
-  if (patch.pair->rolling > 0.0 && first.dim == 6)
-    resist_rolling(model, data, patch, first, remembered(memory.shapes), memory);
+  if (patch.pair->rolling > 0.0 && first.dim == 6) resist_rolling(model, data, patch, first, old, memory);
   // It is never stretched farther than friction can hold.
   const double longest = patch.friction_limit / patch.along_stiffness;
   if (const double length = patch.stretch.norm(); length > longest) patch.stretch *= longest / length;
@@ -328,9 +378,8 @@ void ContactLaw::set_patch(const mjModel& model, mjData& data, const Solids& sol
   store(memory);
 }
 
-/// @param load   N, normal, of this point
 /// @param share  of this point in the load of all, 0 to 1
-void ContactLaw::set_rows(const mjModel& model, mjData& data, const Patch& patch, mjContact& contact, double load,
+void ContactLaw::set_rows(const mjModel& model, mjData& data, const Patch& patch, mjContact& contact,
                           double share) const {
   const double h = timestep_;
   const int row = contact.efc_address;
@@ -339,7 +388,8 @@ void ContactLaw::set_rows(const mjModel& model, mjData& data, const Patch& patch
     data.efc_D[row + i] = inertia;
     data.efc_aref[row + i] = force / inertia;
   };
-  set(0, h * (h * patch.stiffness + patch.damping), load);
+  set(0, h * (h * patch.stiffness + patch.damping),
+      -patch.stiffness * (data.efc_pos[row] - data.efc_margin[row]) - patch.normal_damping * data.efc_vel[row]);
   if (contact.dim == 1) return;
 
   const double friction = std::max(patch.pair->friction, kLeastFriction);
@@ -352,23 +402,25 @@ void ContactLaw::set_rows(const mjModel& model, mjData& data, const Patch& patch
   Eigen::Vector2d force = -k * Eigen::Vector2d(t1.dot(stretch), t2.dot(stretch)) - b * velocity;
 
   // A spring holds what needs less than the limit. What needs more slides: its force is known then, and needs no
-  // inertia of its own but shortly before it comes to rest.
+  // inertia of its own but shortly before it comes to rest. The limit is one of all points, so their own cones are
+  // wide. In an impact the load is not known before the step: there, what friction cannot bring to rest in it slides.
   const double speed = velocity.norm(), held = force.norm();
-  const double least = kSlidingMass * patch.mass;
-  double inertia = std::max(least, share * patch.along_inertia), cone = 1.0;
-  if (held > limit || limit <= 0.0) {
-    const double stops = kStopSteps * h * patch.friction_limit;
-    const bool slides = speed * patch.mass > stops && speed > stops * mobility(model, data, contact, velocity / speed);
-    if (slides) {
-      force = -limit / speed * velocity;
-      inertia = least;
-      cone = kSlidingCone;
-    } else {
-      force *= held > 0.0 ? limit / held : 0.0;
-      const double rest = share * std::max(patch.along_inertia, patch.mass);
-      inertia = std::max(least, speed * rest > h * limit ? h * limit / speed : rest);
-    }
+  const double least = patch.least, stops = h * patch.friction_limit;
+  const bool beyond = held > limit || limit <= 0.0;
+  const bool fast = speed * patch.mass > stops;
+  const bool slides = patch.steady ? beyond && fast && speed * patch.mass > kStopSteps * stops &&
+                                         speed > kStopSteps * stops * mobility(model, data, contact, velocity / speed)
+                                   : fast;
+  const double cone = patch.steady || slides ? kWideCone : 1.0;
+  double inertia = std::max(least, share * patch.along_inertia);
+  if (slides && patch.steady) {
+    force = -limit / speed * velocity;
+    inertia = least;
+  } else if (beyond) {
+    force *= held > 0.0 ? limit / held : 0.0;
   }
+  const bool stopping = patch.steady ? beyond && !slides : slides;
+  if (stopping && speed * inertia > h * limit) inertia = std::max(least, h * limit / speed);
   set(1, inertia, force[0]);
   set(2, inertia, force[1]);
   contact.friction[0] = contact.friction[1] = cone * friction;
@@ -433,6 +485,7 @@ void ContactLaw::stream(StateStream& state) {
     state.vector(memory.stretch);
     state(memory.twist);
     state.vector(memory.roll);
+    state(memory.shares);
   }
 }
 

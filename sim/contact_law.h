@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -56,6 +57,7 @@ class ContactLaw {
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< m, of friction's spring, in the axes of the first body
     double twist = 0.0;                                 ///< rad, about the normal
     Eigen::Vector3d roll = Eigen::Vector3d::Zero();     ///< rad, of the spring against rolling, likewise
+    double shares = 0.0;                                ///< equally loaded points that the contact counts as
   };
   struct Patch;
   struct Spring {
@@ -70,16 +72,18 @@ class ContactLaw {
   void set_springs(mjData_& data) const;
   void set_patch(const mjModel_& model, mjData_& data, const Solids& solids, int begin, int end);
   void set_along(Patch& patch, double whole) const;
-  void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact, double load,
-                double share) const;
+  void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact, double share) const;
   [[nodiscard]] double mobility(const mjModel_& model, const mjData_& data, const mjContact_& contact,
                                 const Eigen::Vector2d& direction) const;
   void resist_rolling(const mjModel_& model, mjData_& data, const Patch& patch, const mjContact_& contact,
                       const Memory* old, Memory& memory) const;
+  [[nodiscard]] std::pair<int, int> patches_from(const mjModel_& model, const mjData_& data, const Solids& solids,
+                                                 int begin) const;
   void keep_resting(const mjModel_& model, const mjData_& data);
   void store(const Memory& memory);
 
   double timestep_ = 0.0;        ///< s, of this step
+  int patches_of_pair_ = 1;      ///< of the two bodies that are looked at
   std::vector<int> surface_of_;  ///< of each geom, a number of a surface
   std::size_t surfaces_ = 0;
   std::vector<ContactPair> pairs_;  ///< surfaces times surfaces
