@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <mujoco/mujoco.h>
 
 #include "sim/body_force.h"
 #include "sim/description_check.h"

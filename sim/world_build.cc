@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <mujoco/mujoco.h>
 
 #include "core/kinematics/chain.h"
 #include "sim/description_check.h"

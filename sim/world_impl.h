@@ -7,8 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include <mujoco/mujoco.h>
-
 #include "sim/contact_law.h"
 #include "sim/contact_watch.h"
 #include "sim/free_motion.h"
@@ -22,10 +20,10 @@ namespace takt::sim {
 
 /// The inside of a World: sim/world.cc steps it, sim/world_build.cc fills it.
 struct World::Impl {
-  Owned<mjModel> model;  // of the physics
-  Owned<mjData> data;
-  Owned<mjModel> picture_model;
-  Owned<mjData> picture_data;
+  Owned<mjModel_> model;  // of the physics
+  Owned<mjData_> data;
+  Owned<mjModel_> picture_model;
+  Owned<mjData_> picture_data;
   std::optional<ContactLaw> contacts;
   Solids solids;
   ThreadLaw threads;

