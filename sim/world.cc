@@ -12,11 +12,18 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
+#include "sim/arm_plant.h"
 #include "sim/body_force.h"
+#include "sim/contact_law.h"
+#include "sim/contact_watch.h"
 #include "sim/description_check.h"
+#include "sim/free_motion.h"
 #include "sim/islands.h"
+#include "sim/model_compiler.h"
 #include "sim/mujoco_errors.h"
-#include "sim/world_impl.h"
+#include "sim/rest.h"
+#include "sim/solids.h"
+#include "sim/thread_law.h"
 
 namespace takt::sim {
 namespace {
@@ -31,6 +38,158 @@ Nanoseconds wall_clock() {
 }
 
 }  // namespace
+
+struct World::Impl {
+  Owned<mjModel_> model;  // of the physics
+  Owned<mjData_> data;
+  Owned<mjModel_> picture_model;
+  Owned<mjData_> picture_data;
+  std::optional<ContactLaw> contacts;
+  Solids solids;
+  ThreadLaw threads;
+  Rest rest;
+  FreeMotion free_motion;
+  Physics physics;
+  Nanoseconds now = 0;
+  // In the order of the description, kind after kind: inputs after what they read; last the devices of
+  // other kinds.
+  struct NamedDevice {
+    std::string name;
+    std::unique_ptr<SimDevice> device;
+  };
+  std::vector<NamedDevice> named;
+  std::vector<SimDevice*> devices;  // the same
+  std::vector<ContactWatch> watches;
+  std::vector<TouchingBodies> touching;  // of the last physics step
+  std::optional<ContactList> contact_list;
+  std::vector<std::string> lamps;         // the wires that light something, by name
+  std::vector<const double*> lamp_wires;  // the same
+  std::vector<double> plant_state;
+  std::vector<std::uint64_t> words;  // the state as a digest sees it
+  struct Push {
+    int body = 0;
+    Eigen::Vector3d force, torque;
+  };
+  std::vector<Push> pushes;  // one of a body
+  bool profiling = false;
+  StepTimes times;
+
+  [[nodiscard]] Diagnostics add_arms(const WorldDescription& description);
+  void add_sensors(const WorldDescription& description);
+  void add_grippers(const WorldDescription& description);
+  void add_tool_changers(const WorldDescription& description);
+  void add_signals(const WorldDescription& description);
+  void add(std::string name, std::unique_ptr<SimDevice> device) {
+    devices.push_back(device.get());
+    named.push_back({std::move(name), std::move(device)});
+  }
+  template <class Device>
+  [[nodiscard]] Device* find(std::string_view name) const {
+    for (const auto& one : named) {
+      if (one.name != name) continue;
+      if (auto* device = dynamic_cast<Device*>(one.device.get())) return device;
+    }
+    return nullptr;
+  }
+  [[nodiscard]] Diagnostics add_others(const WorldDescription& description);
+  void set_start(const WorldDescription& description);
+  void step();
+  /// What is applied to bodies begins with what push() says; devices add to it.
+  void begin_forces();
+  void physics_step(Nanoseconds end);
+  void look();
+  void forward();
+  /// @return the number of words
+  std::size_t stream(StateStream::Mode mode, std::span<std::uint64_t> state);
+  [[nodiscard]] bool diverged() const;
+  /// Number of the body whose state MuJoCo has warned of; -1: none.
+  [[nodiscard]] int diverged_body() const;
+};
+
+Diagnostics World::Impl::add_arms(const WorldDescription& description) {
+  Diagnostics diagnostics;
+  for (const auto& arm : description.arms) {
+    auto plant = arm_plant(*model, *data, description, arm);
+    if (!plant) {
+      diagnostics.append(plant.error());
+      continue;
+    }
+    const int root = plant->root;
+    add(arm.name, std::make_unique<SimArm>(arm, std::move(*plant), description.seed));
+    if (arm.drive) rest.add_driven(*model, root, *devices.back());
+  }
+  return diagnostics;
+}
+
+void World::Impl::add_sensors(const WorldDescription& description) {
+  for (const auto& sensor : description.force_torque_sensors) {
+    const auto address = [&](std::string_view suffix) {
+      return model->sensor_adr[mj_name2id(model.get(), mjOBJ_SENSOR, fmt::format("{}{}", sensor.name, suffix).c_str())];
+    };
+    add(sensor.name, std::make_unique<SimForceTorque>(sensor, address("/force"), address("/torque"),
+                                                      description.physics, description.seed));
+  }
+}
+
+void World::Impl::add_grippers(const WorldDescription& description) {
+  for (const auto& gripper : description.grippers) {
+    SimGripper::Plant plant;
+    for (std::size_t i = 0; i < gripper.fingers.size(); ++i) {
+      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (gripper.robot + "/" + gripper.fingers[i]).c_str());
+      plant.position_address[i] = model->jnt_qposadr[id];
+      plant.velocity_address[i] = model->jnt_dofadr[id];
+    }
+    add(gripper.name, std::make_unique<SimGripper>(gripper, plant));
+  }
+}
+
+void World::Impl::add_tool_changers(const WorldDescription& description) {
+  for (const auto& changer : description.tool_changers)
+    add(changer.name, std::make_unique<SimToolChanger>(changer, description, *model));
+}
+
+void World::Impl::add_signals(const WorldDescription& description) {
+  for (const auto& output : description.outputs) add(output.name, std::make_unique<SimOutput>(output));
+  for (const auto& beam : description.beams) {
+    const int body = mj_name2id(model.get(), mjOBJ_BODY, beam.body.c_str());
+    add(beam.name, std::make_unique<SimBeam>(beam, *model, body, description.seed));
+  }
+  for (const auto& input : description.inputs) {
+    const SimOutput* output = find<SimOutput>(input.source);
+    const SimBeam* beam = find<SimBeam>(input.source);
+    const double* wire = output ? output->wire() : beam ? beam->wire() : nullptr;
+    add(input.name, std::make_unique<SimInput>(input, wire, description.seed));
+  }
+  lamps = takt::sim::lamp_wires(description);
+  for (const std::string& lamp : lamps) {
+    const SimOutput* output = find<SimOutput>(lamp);
+    lamp_wires.push_back(output ? output->wire() : find<SimBeam>(lamp)->wire());
+  }
+}
+
+Diagnostics World::Impl::add_others(const WorldDescription& description) {
+  Diagnostics diagnostics;
+  for (const auto& one : description.devices) {
+    auto device = one.make(*model, description);
+    if (!device) {
+      diagnostics.append(device.error(), place(one.pointer, "devices", one.name));
+      continue;
+    }
+    add(one.name, std::move(*device));
+  }
+  return diagnostics;
+}
+
+void World::Impl::set_start(const WorldDescription& description) {
+  for (const auto& robot : description.robots) {
+    const auto joints = movable_joints(*robot.model);
+    for (std::size_t i = 0; i < robot.q.size(); ++i) {
+      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + joints[i]->name).c_str());
+      data->qpos[model->jnt_qposadr[id]] = robot.q[i];
+    }
+  }
+  forward();
+}
 
 void World::Impl::physics_step(Nanoseconds end) {
   mjModel* m = model.get();
@@ -153,8 +312,9 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   }
   impl->rest = Rest(*impl->model, description);
   impl->pushes.reserve(static_cast<std::size_t>(impl->model->nbody));
-  impl->data.reset(mj_makeData(impl->model.get()));
-  impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
+  diagnostics = make_data(*impl->model, impl->data);
+  diagnostics.append(make_data(*impl->picture_model, impl->picture_data));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   impl->physics = description.physics;
   install_solid_contacts();
   impl->solids = Solids(*impl->model, description);
@@ -290,15 +450,15 @@ Snapshot World::save() const {
 
 bool World::restore(const Snapshot& snapshot) {
   Impl& w = *impl_;
-  const std::size_t size = w.words.size();
-  const std::size_t watched = ContactWatch::kWords * w.watches.size();
-  if (snapshot.size() != size + watched + (w.contact_list ? ContactList::kWords : 0)) return false;
+  const std::size_t size = w.words.size(), watched = ContactWatch::kWords * w.watches.size();
+  const auto listed = std::span(snapshot).subspan(std::min(snapshot.size(), size + watched));
+  if (w.contact_list ? !ContactList::fits(listed) : snapshot.size() != size + watched) return false;
   w.words.assign(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
   (void)w.stream(StateStream::Mode::kRead, w.words);
   for (std::size_t i = 0; i < w.watches.size(); ++i) {
     w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
   }
-  if (w.contact_list) w.contact_list->restore(std::span(snapshot).subspan(size + watched));
+  if (w.contact_list) (void)w.contact_list->restore(listed);
   w.threads.resume(*w.model, *w.data, w.solids);
   for (SimDevice* device : w.devices) device->resume(*w.data);
   w.rest.wake_all(*w.model, *w.data);
