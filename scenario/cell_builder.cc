@@ -71,6 +71,7 @@ void complete(sim::ContactParameters& surface, const device::MaterialTable& tabl
   if (!surface.own_friction) surface.friction = material->friction;
   surface.torsion = material->torsion;
   surface.rolling = material->rolling;
+  surface.oiled_friction = material->oiled;
 }
 
 /// The least friction of all surfaces but one.
@@ -114,7 +115,7 @@ void complete_surfaces(const Description& description, const device::ModelLibrar
   for (const sim::ObjectDescription& object : world.objects)
     note_idle_friction(object.contact, world, object.pointer, diagnostics);
   for (const device::MaterialRule& rule : table.rules)
-    world.contact_rules.push_back({rule.between, rule.stiffness, rule.damping, rule.friction});
+    world.contact_rules.push_back({rule.between, rule.stiffness, rule.damping, rule.friction, rule.oiled});
 }
 
 /// Surfaces and springs as the device file says.
@@ -134,6 +135,7 @@ void set_surface(const DeviceEntry& entry, sim::ContactParameters& surface) {
   if (!entry.material.empty()) surface.material = entry.material;
   surface.own_friction = entry.friction.has_value();
   surface.friction = entry.friction.value_or(surface.friction);
+  surface.oiled = entry.oiled;
 }
 
 sim::ContactParameters surface_of(const ObjectEntry& entry) {
@@ -141,6 +143,7 @@ sim::ContactParameters surface_of(const ObjectEntry& entry) {
   surface.material = entry.material.empty() ? "steel" : entry.material;
   surface.own_friction = entry.friction.has_value();
   surface.friction = entry.friction.value_or(surface.friction);
+  surface.oiled = entry.oiled;
   surface.own_stiffness = entry.stiffness_N_m.has_value();
   if (surface.own_stiffness) {
     surface.stiffness = *entry.stiffness_N_m;
@@ -424,9 +427,6 @@ void check_force_sensor(const FilmEntry& film, const command::Cell& cell, Diagno
                     nearest_choice(film.force_sensor, names));
 }
 
-/// With 1 ms a screw of a few grams, pressed into the mouth of its thread by a bit, rattles.
-constexpr Nanoseconds kTimestepWithScrews = 500'000;
-
 }  // namespace
 
 Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary& models, bool measure_times,
@@ -440,6 +440,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   sim::WorldDescription simulated;
   simulated.seed = description.seed;
   simulated.physics.plant_mass_scale = description.plant_mass_scale;
+  simulated.physics.timestep = description.physics_step;
   for (const auto& device : devices) simulate(*device, frames.truth, simulated, diagnostics);
   BuiltCell built;
   built.library = models;
@@ -463,10 +464,6 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
     if (!entry.model.empty() && !entry.fixed)
       built.true_body[entry.name] = entry.name + "/" + simulated.robots.back().model->root().name;
     built.cell.objects[entry.name] = std::move(known);
-  }
-  if (std::ranges::any_of(simulated.objects, [](const auto& object) { return object.screw.has_value(); })) {
-    simulated.physics.calm_timestep = simulated.physics.timestep;
-    simulated.physics.timestep = kTimestepWithScrews;
   }
   add_tool_sides(devices, simulated, frames, built);
   complete_surfaces(description, models, simulated, diagnostics);

@@ -129,8 +129,7 @@ bool CellRun::after_cycle() {
   built_.commands->end_cycle(built_.core->cycle() - 1, built_.core->time() - built_.core->period());
   if (!built_.world->step()) {
     diverged_ = true;
-    report_.diagnostics.error(Code::kInternal, {},
-                              fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
+    report_.diagnostics.error(Code::kInternal, {}, built_.world->divergence());
     return false;
   }
   {

@@ -102,6 +102,7 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   device.own_force = reader.text("own_force", "");
   device.material = reader.text("material", "");
   if (reader.has("friction")) device.friction = reader.number("friction", {}, kNotNegative);
+  device.oiled = reader.boolean("oiled", false);
   device.tcps = read_poses(reader, "tcps");
   if (const Json* settings = reader.object("settings", false)) device.settings = *settings;
   reader.finish();
@@ -181,6 +182,7 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
     return reader.has(key) ? std::optional(reader.number(key, 1.0, range)) : std::nullopt;
   };
   object.friction = optional("friction", kNotNegative);
+  object.oiled = reader.boolean("oiled", false);
   object.stiffness_N_m = optional("stiffness_N_m", kPositive);
   object.damping_N_s_m = optional("damping_N_s_m", kNotNegative);
   if (object.damping_N_s_m && !object.stiffness_N_m) {
@@ -356,6 +358,17 @@ void check_film(const Description& description, Diagnostics& diagnostics) {
   }
 }
 
+/// A cycle of 1 ms has whole steps.
+Nanoseconds read_physics_step(ObjectReader& reader, Diagnostics& diagnostics) {
+  const double step_ms = reader.number("physics_step_ms", 1.0);
+  if (step_ms != 1.0 && step_ms != 0.5 && step_ms != 0.25) {
+    diagnostics.error(Code::kOutOfRange, reader.at("physics_step_ms"), fmt::format("the step is {} ms", step_ms),
+                      "1, 0.5 or 0.25");
+    return kMillisecond;
+  }
+  return static_cast<Nanoseconds>(step_ms * static_cast<double>(kMillisecond));
+}
+
 Description read_document(const Json& document, ReadFor purpose, Diagnostics& diagnostics) {
   Description description;
   ObjectReader reader(document, "", diagnostics);
@@ -365,6 +378,7 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   description.time_limit_s = reader.number("time_limit_s", 120.0, {.low = 0.0, .high = 3600, .low_open = true});
   description.program_latency_cycles = reader.integer("program_latency_cycles", 2, {.low = 0, .high = 1000});
   description.plant_mass_scale = reader.number("plant_mass_scale", 1.0, {.low = 0.5, .high = 2.0});
+  description.physics_step = read_physics_step(reader, diagnostics);
   for_each_member(reader, "frames", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.frames.push_back({name, read_placement(json, pointer, diagnostics)});
   });

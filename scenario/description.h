@@ -54,6 +54,7 @@ struct DeviceEntry {
   std::string tool;      ///< of an arm: the device that is its tool where a step names none; empty: the only one
   std::string material;  ///< of its surfaces; empty: the model's
   std::optional<double> friction;  ///< of its surfaces, sliding, Coulomb; instead of the material's
+  bool oiled = false;              ///< its surfaces
   std::string own_force;           ///< of an arm: name of the sensor that is made of its external torques; empty: none
   std::string tcp;  ///< of a tool: its tool centre point where a step names none; empty: that of its model
   std::map<std::string, Eigen::Isometry3d, std::less<>> tcps;  ///< more of them, in its mount frame, m
@@ -85,6 +86,7 @@ struct ObjectEntry {
   Eigen::Vector4d rgba{0.6, 0.6, 0.62, 1.0};
   std::string material;                                ///< of its surfaces; empty: the model's, or steel
   std::optional<double> friction;                      ///< sliding, Coulomb; instead of the material's
+  bool oiled = false;                                  ///< its surface
   std::optional<double> stiffness_N_m, damping_N_s_m;  ///< of its contacts; instead of what materials give
   std::string lit_by;  ///< digital output or light barrier at which it burns; empty: it is no lamp
 };
@@ -179,6 +181,7 @@ struct Description {
   double time_limit_s = 120.0;
   std::int64_t program_latency_cycles = 2;
   double plant_mass_scale = 1.0;  ///< masses of the simulated arms against their URDF
+  Nanoseconds physics_step = kMillisecond;
   std::vector<FrameEntry> frames;
   std::vector<DeviceEntry> devices;
   std::vector<ComposedEntry> composed;

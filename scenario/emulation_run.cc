@@ -169,8 +169,7 @@ EmulationRun::Report EmulationRun::run(const Options& options) {
     sleep_until(origin + cycle * period);
     for (const Emulated& one : emulators_) one.emulator->advance(cycle * period);
     if (!built_.world->step()) {
-      report.diagnostics.error(Code::kSystem, {},
-                               fmt::format("the physics diverged at {:.3f} s", to_seconds(built_.world->time())));
+      report.diagnostics.error(Code::kSystem, {}, built_.world->divergence());
       break;
     }
     if (cycle % kNewsEvery != 0) continue;

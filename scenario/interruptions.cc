@@ -221,7 +221,7 @@ void Interruptions::come_to_rest(const BuiltCell& built) {
   };
   for (int i = braking_cycles(built); i > 0 && !std::ranges::all_of(built.cell.arms, rests); --i) {
     built.core->step();
-    if (!built.world->step()) return complain("the physics diverged");
+    if (!built.world->step()) return complain(built.world->divergence());
     watch(built);
   }
 }

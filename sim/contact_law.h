@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,7 +24,7 @@ struct ContactPair {
   double damping = 0.0;
   double friction = 0.0;  ///< sliding
   double torsion = 0.0;   ///< friction torque about the normal over friction force
-  double rolling = 0.0;
+  double rolling = 0.0;   ///< torque against rolling over normal force
 };
 
 /// Two surfaces touching: the springs of their materials act in series, the dampers dissipate together what each would
@@ -55,6 +56,8 @@ class ContactLaw {
     std::int64_t shapes = -1;                           ///< both numbers and the spring's; -1: free
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< m, of friction's spring, in the axes of the first body
     double twist = 0.0;                                 ///< rad, about the normal
+    Eigen::Vector3d roll = Eigen::Vector3d::Zero();     ///< rad, of the spring against rolling, likewise
+    double shares = 0.0;                                ///< equally loaded points that the contact counts as
   };
   struct Patch;
   struct Spring {
@@ -68,15 +71,24 @@ class ContactLaw {
   void add_springs(const mjModel_& model, const WorldDescription& description);
   void set_springs(mjData_& data) const;
   void set_patch(const mjModel_& model, mjData_& data, const Solids& solids, int begin, int end);
-  void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact) const;
+  void set_along(Patch& patch, double whole) const;
+  void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact, double share) const;
+  [[nodiscard]] double mobility(const mjModel_& model, const mjData_& data, const mjContact_& contact,
+                                const Eigen::Vector2d& direction) const;
+  void resist_rolling(const mjModel_& model, mjData_& data, const Patch& patch, const mjContact_& contact,
+                      const Memory* old, Memory& memory) const;
+  [[nodiscard]] std::pair<int, int> patches_from(const mjModel_& model, const mjData_& data, const Solids& solids,
+                                                 int begin) const;
   void keep_resting(const mjModel_& model, const mjData_& data);
   void store(const Memory& memory);
 
   double timestep_ = 0.0;        ///< s, of this step
+  int patches_of_pair_ = 1;      ///< of the two bodies that are looked at
   std::vector<int> surface_of_;  ///< of each geom, a number of a surface
   std::size_t surfaces_ = 0;
   std::vector<ContactPair> pairs_;  ///< surfaces times surfaces
   std::vector<Spring> springs_;
+  std::vector<double> loads_;  ///< scratch: N, of the points of a patch
   std::vector<Memory> before_, after_;
   std::size_t used_ = 0;  ///< of after_
   std::int64_t forgotten_ = 0;

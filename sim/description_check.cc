@@ -58,11 +58,6 @@ class Checker {
             fmt::format("a period of {} ns does not hold whole physics steps of {} ns", p.period, p.timestep),
             "both > 0, the period a whole multiple of the timestep");
     }
-    if (p.calm_timestep < 0 || (p.calm_timestep > 0 && p.period % p.calm_timestep != 0)) {
-      error(Code::kOutOfRange, at,
-            fmt::format("a period of {} ns does not hold whole calm steps of {} ns", p.period, p.calm_timestep),
-            "0, or the period a whole multiple of it");
-    }
     require(p.gravity.allFinite(), at, "gravity", p.gravity.norm(), "finite, m/s^2");
     require(p.plant_mass_scale > 0.0 && std::isfinite(p.plant_mass_scale), at, "plant_mass_scale", p.plant_mass_scale,
             "> 0");

@@ -127,12 +127,6 @@ std::int64_t DriveLaw::touching(const mjModel& model, const mjData& data, const 
   return -1;
 }
 
-bool DriveLaw::drives(int screw_body) const {
-  return std::ranges::any_of(bits_, [&](const Bit& bit) {
-    return partner(bit) >= 0 && sockets_[static_cast<std::size_t>(partner(bit))].body == screw_body;
-  });
-}
-
 /// What MuJoCo has to know: which bodies the constraint is between.
 void DriveLaw::apply(mjModel& model, mjData& data, const Bit& bit) const {
   const std::int64_t screw = partner(bit);

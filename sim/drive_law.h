@@ -54,8 +54,6 @@ class DriveLaw {
   /// After the positions have changed: which bit is in which socket.
   /// @return true: one has changed, and the constraints of this state must be made again. Realtime: cyclic.
   [[nodiscard]] bool watch(mjModel_& model, mjData_& data);
-  /// A bit is in the socket of this screw, or has touched it of late. Realtime: cyclic.
-  [[nodiscard]] bool drives(int screw_body) const;
   /// After stream() has read another state. Realtime: setup.
   void resume(mjModel_& model, mjData_& data) const;
   void stream(StateStream& state);

@@ -20,7 +20,7 @@ SimForceTorque::SimForceTorque(const SimForceTorqueDescription& description, int
                                const Physics& physics, std::uint64_t seed)
     : force_address_(force_address),
       torque_address_(torque_address),
-      longest_step_(physics.longest_step()),
+      timestep_(physics.timestep),
       period_(description.period),
       core_period_(physics.period),
       range_(stacked(description.force_range, description.torque_range)),
@@ -40,7 +40,7 @@ bool SimForceTorque::read(device::WrenchSample& sample) {
 }
 
 device::BackendTiming SimForceTorque::timing() const {
-  return {.cycle = period_, .sample_age = period_ - core_period_ + longest_step_ + filter_delay_};
+  return {.cycle = period_, .sample_age = period_ - core_period_ + timestep_ + filter_delay_};
 }
 
 void SimForceTorque::measure(const mjData_& data, Nanoseconds now) {

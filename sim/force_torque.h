@@ -35,7 +35,7 @@ class SimForceTorque final : public device::ForceTorqueBackend, public SimDevice
 
   int force_address_;
   int torque_address_;
-  Nanoseconds longest_step_;
+  Nanoseconds timestep_;
   Nanoseconds last_step_ = 0;  ///< set in each cycle before it is read
   Nanoseconds period_;
   Nanoseconds core_period_;

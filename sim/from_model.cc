@@ -87,7 +87,7 @@ RobotDescription gripper_body(std::string name, const device::GripperDescription
   ContactParameters pad;
   pad.material = "rubber";
   pad.friction = model.pad_friction;
-  pad.own_friction = true;
+  pad.own_friction = pad.by_rules = true;
   pad.torsion = 0.005;
   for (const std::string& finger : model.fingers) robot.link_contacts[model.robot->joint(finger)->child] = pad;
   robot.stop_margin = 0.0;

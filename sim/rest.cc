@@ -197,6 +197,16 @@ bool Rest::wake_touched(const mjModel& model, mjData& data) {
   return some;
 }
 
+bool Rest::pushed(const mjModel& model, const mjData& data) const {
+  if (needed_ == 0 || data.ntree_awake == static_cast<int>(model.ntree)) return false;
+  for (int tree = 0; tree < static_cast<int>(model.ntree); ++tree) {
+    if (data.tree_awake[tree]) continue;
+    if (!is_zero(data.xfrc_applied + 6 * model.tree_bodyadr[tree], 6 * model.tree_bodynum[tree])) return true;
+    if (!is_zero(data.qfrc_applied + model.tree_dofadr[tree], model.tree_dofnum[tree])) return true;
+  }
+  return false;
+}
+
 void Rest::woken(mjData& data) {
   for (const int body : marked_) data.xfrc_applied[6 * body] = 0.0;
   marked_.clear();

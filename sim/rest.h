@@ -38,6 +38,9 @@ class Rest {
   /// After those kinematics: takes back what has told MuJoCo of it. Realtime: cyclic.
   void woken(mjData_& data);
 
+  /// A force is applied to something that sleeps: the next look wakes it. Realtime: cyclic.
+  [[nodiscard]] bool pushed(const mjModel_& model, const mjData_& data) const;
+
   /// The bodies sleep, or one does and the other is part of the cell. Realtime: cyclic.
   [[nodiscard]] static bool both_rest(const mjModel_& model, const mjData_& data, int body1, int body2);
   /// About the objects that settle() has found. Realtime: cyclic.

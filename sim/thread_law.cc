@@ -106,13 +106,6 @@ ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, 
   }
 }
 
-bool ThreadLaw::calm(const mjData& data) const {
-  const auto rests = [&](const Screw& screw) {
-    return data.body_awake[screw.body] == mjS_ASLEEP || (screw.hold.seated && !drives_.drives(screw.body));
-  };
-  return !screws_.empty() && std::ranges::all_of(screws_, rests);
-}
-
 ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, const Screw& screw,
                                      const ThreadedBore& bore) const {
   Stand stand;

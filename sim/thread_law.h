@@ -44,9 +44,6 @@ class ThreadLaw {
   ThreadLaw(const mjModel_& model, const WorldDescription& description, const Solids& solids);
   [[nodiscard]] bool empty() const { return screws_.empty(); }
 
-  /// There are screws, and each of them sleeps (sim/rest.h) or sits tight in its thread without a bit at it.
-  /// Realtime: cyclic.
-  [[nodiscard]] bool calm(const mjData_& data) const;
   /// As mj_step2, with the constraint of each screw in its thread. Realtime: cyclic.
   void finish_step(mjModel_& model, mjData_& data);
   /// Once per physics step, between its halves: sets the rows of the screws that are caught. Realtime: cyclic.

@@ -12,15 +12,15 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
-#include "core/kinematics/chain.h"
+#include "sim/arm_plant.h"
 #include "sim/body_force.h"
 #include "sim/contact_law.h"
 #include "sim/contact_watch.h"
 #include "sim/description_check.h"
+#include "sim/free_motion.h"
 #include "sim/islands.h"
 #include "sim/model_compiler.h"
 #include "sim/mujoco_errors.h"
-#include "sim/nominal_payload.h"
 #include "sim/rest.h"
 #include "sim/solids.h"
 #include "sim/thread_law.h"
@@ -40,14 +40,15 @@ Nanoseconds wall_clock() {
 }  // namespace
 
 struct World::Impl {
-  Owned<mjModel> model;  // of the physics
-  Owned<mjData> data;
-  Owned<mjModel> picture_model;
-  Owned<mjData> picture_data;
+  Owned<mjModel_> model;  // of the physics
+  Owned<mjData_> data;
+  Owned<mjModel_> picture_model;
+  Owned<mjData_> picture_data;
   std::optional<ContactLaw> contacts;
   Solids solids;
   ThreadLaw threads;
   Rest rest;
+  FreeMotion free_motion;
   Physics physics;
   Nanoseconds now = 0;
   // In the order of the description, kind after kind: inputs after what they read; last the devices of
@@ -74,7 +75,6 @@ struct World::Impl {
   StepTimes times;
 
   [[nodiscard]] Diagnostics add_arms(const WorldDescription& description);
-  [[nodiscard]] Result<ArmPlant> arm_plant(const WorldDescription& description, const SimArmDescription& arm);
   void add_sensors(const WorldDescription& description);
   void add_grippers(const WorldDescription& description);
   void add_tool_changers(const WorldDescription& description);
@@ -96,75 +96,20 @@ struct World::Impl {
   void step();
   /// What is applied to bodies begins with what push() says; devices add to it.
   void begin_forces();
-  /// Of the physics in the cycle that begins now.
-  [[nodiscard]] Nanoseconds length_of_step() const;
   void physics_step(Nanoseconds end);
   void look();
   void forward();
   /// @return the number of words
   std::size_t stream(StateStream::Mode mode, std::span<std::uint64_t> state);
   [[nodiscard]] bool diverged() const;
+  /// Number of the body whose state MuJoCo has warned of; -1: none.
+  [[nodiscard]] int diverged_body() const;
 };
-
-Result<ArmPlant> World::Impl::arm_plant(const WorldDescription& description, const SimArmDescription& arm) {
-  const auto& robot = *std::ranges::find(description.robots, arm.robot, &RobotDescription::name);
-  const std::string at = place(arm.pointer, "arms", arm.name);
-  std::span<const std::string> wheels;
-  if (arm.drive) wheels = arm.drive->wheels;
-  auto chain = kinematics::Chain::create(*robot.model, arm.base_link, arm.flange_link, wheels);
-  if (!chain) {
-    Diagnostics found;
-    found.append(chain.error(), at);
-    return std::unexpected(std::move(found));
-  }
-  const int n = chain->joint_count();
-  Diagnostics wrong_sizes;
-  for (const JointVector* given :
-       {&arm.control.natural_frequency, &arm.control.damping_ratio, &arm.control.friction_observer,
-        &arm.control.protective_torque, &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
-    if (given->size() == 0 || given->size() == n) continue;
-    wrong_sizes.error(Code::kWrongSize, at, fmt::format("{} figures for {} joints", given->size(), n),
-                      "one for each joint, or none");
-  }
-  if (wrong_sizes.has_errors()) return std::unexpected(std::move(wrong_sizes));
-  ArmPlant plant{.chain = std::move(*chain)};
-  plant.armature = plant.coulomb = plant.viscous = JointVector::Zero(n);
-  for (int i = 0; i < n; ++i) {
-    const auto slot = static_cast<std::size_t>(i);
-    const std::string& name = plant.chain.joint_names()[slot];
-    const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + name).c_str());
-    plant.position_address[slot] = model->jnt_qposadr[id];
-    plant.velocity_address[slot] = model->jnt_dofadr[id];
-    if (i == 0) plant.root = model->jnt_bodyid[id];
-    const kinematics::Joint& joint = *robot.model->joint(name);
-    const auto figures = std::ranges::find(robot.joints, name, &JointFigures::joint);
-    const JointFigures known = figures == robot.joints.end() ? JointFigures{} : *figures;
-    plant.armature[i] = known.armature;
-    plant.coulomb[i] = known.coulomb.value_or(joint.friction);
-    plant.viscous[i] = known.viscous.value_or(joint.damping);
-  }
-  const int base = mj_name2id(model.get(), mjOBJ_BODY, (robot.name + "/" + arm.base_link).c_str());
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data->xmat + 9 * base);
-  plant.gravity_B = R_WB.transpose() * description.physics.gravity;
-  plant.timestep = to_seconds(description.physics.longest_step());
-  plant.period = to_seconds(description.physics.period);
-  if (arm.drive) {
-    BaseDrive::Wheels turning(wheels.size());
-    for (std::size_t i = 0; i < turning.size(); ++i) {
-      const int id = mj_name2id(model.get(), mjOBJ_JOINT, (robot.name + "/" + wheels[i]).c_str());
-      turning[i].velocity_address = model->jnt_dofadr[id];
-      turning[i].inertia = model->dof_M0[turning[i].velocity_address];
-    }
-    plant.drive.emplace(*arm.drive, std::move(turning), description.seed, arm.name);
-  }
-  plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
-  return plant;
-}
 
 Diagnostics World::Impl::add_arms(const WorldDescription& description) {
   Diagnostics diagnostics;
   for (const auto& arm : description.arms) {
-    auto plant = arm_plant(description, arm);
+    auto plant = arm_plant(*model, *data, description, arm);
     if (!plant) {
       diagnostics.append(plant.error());
       continue;
@@ -246,11 +191,6 @@ void World::Impl::set_start(const WorldDescription& description) {
   forward();
 }
 
-/// Short steps are for screws, which weigh a few grams: longer ones do while none of them moves by itself.
-Nanoseconds World::Impl::length_of_step() const {
-  return physics.calm_timestep > 0 && threads.calm(*data) ? physics.calm_timestep : physics.timestep;
-}
-
 void World::Impl::physics_step(Nanoseconds end) {
   mjModel* m = model.get();
   mjData* d = data.get();
@@ -259,12 +199,14 @@ void World::Impl::physics_step(Nanoseconds end) {
     mj_step(m, d);
   } else {
     contacts->prepare(*m, *d, solids);
+    free_motion.prepare(*m, *d);
     if (threads.empty()) {
       copy_rows_to_islands(*m, *d);
       mj_step2(m, d);
     } else {
       threads.finish_step(*m, *d);
     }
+    free_motion.finish(*m, *d);
   }
   if (!watches.empty()) list_touching(*m, *d, touching);
   for (auto& watch : watches) watch.update(*m, *d, touching);
@@ -322,6 +264,24 @@ bool World::Impl::diverged() const {
   return w[mjWARN_BADQPOS].number + w[mjWARN_BADQVEL].number + w[mjWARN_BADQACC].number > 0;
 }
 
+int World::Impl::diverged_body() const {
+  const auto& w = data->warning;
+  for (int joint = 0; joint < static_cast<int>(model->njnt); ++joint) {
+    const int next = joint + 1;
+    const bool last = next == static_cast<int>(model->njnt);
+    const auto within = [](int number, int begin, int end) { return number >= begin && number < end; };
+    const int positions_end = last ? static_cast<int>(model->nq) : model->jnt_qposadr[next];
+    const int axes_end = last ? static_cast<int>(model->nv) : model->jnt_dofadr[next];
+    if (w[mjWARN_BADQPOS].number > 0) {
+      if (within(w[mjWARN_BADQPOS].lastinfo, model->jnt_qposadr[joint], positions_end)) return model->jnt_bodyid[joint];
+      continue;
+    }
+    const auto& bad = w[mjWARN_BADQVEL].number > 0 ? w[mjWARN_BADQVEL] : w[mjWARN_BADQACC];
+    if (bad.number > 0 && within(bad.lastinfo, model->jnt_dofadr[joint], axes_end)) return model->jnt_bodyid[joint];
+  }
+  return -1;
+}
+
 std::size_t World::Impl::stream(StateStream::Mode mode, std::span<std::uint64_t> state) {
   StateStream stream(mode, state);
   if (mode == StateStream::Mode::kWrite) mj_getState(model.get(), data.get(), plant_state.data(), kStateParts);
@@ -360,6 +320,7 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->solids = Solids(*impl->model, description);
   impl->threads = ThreadLaw(*impl->model, description, impl->solids);
   impl->contacts.emplace(*impl->model, description);
+  impl->free_motion = FreeMotion(*impl->model);
   impl->set_start(description);
   diagnostics = impl->add_arms(description);
   impl->add_sensors(description);
@@ -388,13 +349,13 @@ void World::Impl::begin_forces() {
 }
 
 void World::Impl::step() {
-  const Nanoseconds length = length_of_step();
-  model->opt.timestep = to_seconds(length);
+  const Nanoseconds length = physics.timestep;
   for (Substep step{.length = length, .duration = to_seconds(length)}; step.number * length < physics.period;
        ++step.number) {
     const Nanoseconds begin = profiling ? wall_clock() : 0;
     begin_forces();
     for (SimDevice* device : devices) device->actuate(*data, step);
+    if (rest.pushed(*model, *data)) look();  // what is pushed wakes before the step, and keeps all of the impulse
     const Nanoseconds actuated = profiling ? wall_clock() : 0;
     physics_step(now + length * (step.number + 1));
     if (!profiling) continue;
@@ -415,6 +376,13 @@ bool World::step() {
     return false;
   }
   return !impl_->diverged();
+}
+
+std::string World::divergence() const {
+  const int body = impl_->diverged_body();
+  const char* name = body > 0 ? mj_id2name(impl_->model.get(), mjOBJ_BODY, body) : nullptr;
+  return fmt::format("the physics{} diverged at {:.3f} s", name != nullptr ? fmt::format(" of '{}'", name) : "",
+                     to_seconds(impl_->now));
 }
 
 Nanoseconds World::time() const { return impl_->now; }

@@ -57,6 +57,9 @@ class World {
   /// @return false if the physics diverged or MuJoCo gave up; the state is then worthless and must not be used on.
   /// Realtime: cyclic.
   [[nodiscard]] bool step();
+  /// After step() returned false, for people: when, and the body ("ROBOT/LINK" or "OBJECT") whose state is beyond all
+  /// bounds, if it is one. Realtime: setup.
+  [[nodiscard]] std::string divergence() const;
 
   [[nodiscard]] Nanoseconds time() const;  ///< whole cycles since the start
 

@@ -42,14 +42,17 @@ struct Mount {
 
 /// How a surface answers a touch, in an engineer's units. What two surfaces do together: sim/contact_law.h.
 struct ContactParameters {
-  std::string material = {};   ///< by which rules for pairs find it; empty: none
-  double stiffness = 6e5;      ///< N/m, of this side
-  double damping = 600.0;      ///< N s/m, of this side
-  double friction = 0.6;       ///< sliding coefficient
-  double torsion = 0.0;        ///< m: torque about the normal over friction force; 0: a point that turns freely
-  double rolling = 0.0;        ///< m: likewise, against rolling
-  bool own_stiffness = false;  ///< stiffness and damping are those of its contacts, whatever it touches
-  bool own_friction = false;   ///< no rule replaces the friction
+  std::string material = {};     ///< by which rules for pairs find it; empty: none
+  double stiffness = 6e5;        ///< N/m, of this side
+  double damping = 600.0;        ///< N s/m, of this side
+  double friction = 0.6;         ///< sliding coefficient
+  double torsion = 0.0;          ///< m: torque about the normal over friction force; 0: a point that turns freely
+  double rolling = 0.0;          ///< m: torque against rolling over normal force
+  bool own_stiffness = false;    ///< stiffness and damping are those of its contacts, whatever it touches
+  bool own_friction = false;     ///< the friction is not that of the material, and no rule replaces it,
+  bool by_rules = false;         ///< unless rules do
+  bool oiled = false;            ///< its contacts have the oiled friction of the pair
+  double oiled_friction = 0.15;  ///< sliding coefficient of the material against itself, oiled
 
   bool operator==(const ContactParameters&) const = default;
 };
@@ -60,6 +63,7 @@ struct ContactRule {
   std::optional<double> stiffness = {};  ///< N/m, of the contact
   std::optional<double> damping = {};    ///< N s/m
   std::optional<double> friction = {};
+  std::optional<double> oiled_friction = {};
 };
 
 /// A spring that holds a joint at zero, within the range of the URDF, whose ends are stops.
@@ -342,10 +346,8 @@ struct SimDeviceDescription {
 enum class Integrator { kEuler, kImplicitFast, kRungeKutta4 };
 
 struct Physics {
-  Nanoseconds period = kMillisecond;    ///< one control cycle = one World::step
-  Nanoseconds timestep = kMillisecond;  ///< of the physics; divides the period
-  /// Of the physics in cycles that begin while all screws sleep (sim/rest.h); divides the period. 0: as `timestep`.
-  Nanoseconds calm_timestep = 0;
+  Nanoseconds period = kMillisecond;                           ///< one control cycle = one World::step
+  Nanoseconds timestep = kMillisecond;                         ///< of the physics; divides the period
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2 in W
   Integrator integrator = Integrator::kEuler;
   bool search_all_pairs = false;  ///< for contacts, also those of bodies that can never meet (sim/reach.h)
@@ -355,7 +357,6 @@ struct Physics {
   bool rest = true;  ///< free objects that lie still fall asleep (sim/rest.h); only with islands
   int solver_iterations = 20;
   double solver_tolerance = 1e-10;
-  [[nodiscard]] Nanoseconds longest_step() const { return std::max(timestep, calm_timestep); }
   double plant_mass_scale = 1.0;  ///< multiplies mass and inertia of all robots in the plant only (row D6)
 };
 

@@ -10,6 +10,7 @@
 
 #include "core/base/object_reader.h"
 #include "core/base/time.h"
+#include "core/device/link_pose.h"
 #include "core/device/plant_file.h"
 #include "core/kinematics/robot_model.h"
 
@@ -83,10 +84,6 @@ class DeviceFile {
   std::shared_ptr<const kinematics::RobotModel> robot_;
   PlantDescription plant_;
 };
-
-/// Pose of link `to` in link `from`; both belong to one rigid model (or all joints are at zero).
-[[nodiscard]] Eigen::Isometry3d pose_between(const kinematics::RobotModel& robot, const std::string& from,
-                                             const std::string& to);
 
 /// Key "cycle_ms"; default 1 ms.
 [[nodiscard]] Nanoseconds read_cycle(ObjectReader& reader);

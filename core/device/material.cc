@@ -32,6 +32,7 @@ Material read_material(ObjectReader& reader, const Material* like) {
   material.friction = value("friction", &Material::friction, kNotNegative);
   material.torsion = reader.number("torsion_m", like ? like->torsion : 0.0, kNotNegative);
   material.rolling = reader.number("rolling_m", like ? like->rolling : 0.0, kNotNegative);
+  material.oiled = reader.number("friction_oiled", like ? like->oiled : Material{}.oiled, kNotNegative);
   (void)reader.text("source", "");
   return material;
 }
@@ -81,6 +82,7 @@ void MaterialTable::read(const Json* entries, const Json* contacts, const std::s
     rule.stiffness = optional_number(reader, "stiffness_N_m", kPositive);
     rule.damping = optional_number(reader, "damping_N_s_m", kNotNegative);
     rule.friction = optional_number(reader, "friction", kNotNegative);
+    rule.oiled = optional_number(reader, "friction_oiled", kNotNegative);
     (void)reader.text("source", "");
     reader.finish();
     rules.push_back(rule);

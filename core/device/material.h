@@ -19,13 +19,14 @@ struct Material {
   double damping = 0.0;    ///< N s/m, of one side
   double friction = 0.0;   ///< sliding, Coulomb
   double torsion = 0.0;    ///< m: torque about the normal over friction force
-  double rolling = 0.0;    ///< m: likewise, against rolling
+  double rolling = 0.0;    ///< m: torque against rolling over normal force
+  double oiled = 0.15;     ///< friction with a film of oil between
 };
 
 /// What two materials do together; what is absent follows from the two.
 struct MaterialRule {
   std::array<std::string, 2> between;
-  std::optional<double> stiffness, damping, friction;  ///< N/m, N s/m, 1
+  std::optional<double> stiffness, damping, friction, oiled;  ///< N/m, N s/m, 1, 1
 };
 
 /// Materials by name, and the pairs that are known better than by their materials.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
+#include "core/device/link_pose.h"
 #include "core/kinematics/robot_model.h"
 
 namespace takt::device {

@@ -1,9 +1,29 @@
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "core/device/device_file_impl.h"
 #include "core/device/vacuum_cup.h"
 
 namespace takt::device {
+
+namespace {
+
+std::vector<std::string> links_of(const DeviceFile& file, ObjectReader& reader, const char* key) {
+  std::vector<std::string> names = reader.texts(key);
+  if (names.empty()) reader.diagnostics().error(Code::kMissing, reader.at(key), "no lip", "one link or more");
+  if (file.robot() == nullptr) return names;
+  std::vector<std::string> known;
+  for (const kinematics::Link& link : file.robot()->links) known.push_back(link.name);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::ranges::find(known, names[i]) != known.end()) continue;
+    reader.diagnostics().error(Code::kUnknownName, reader.at(key) + pointer_segment(i),
+                               fmt::format("the URDF has no link '{}'", names[i]), nearest_choice(names[i], known));
+  }
+  return names;
+}
+
+}  // namespace
 
 Result<std::shared_ptr<const VacuumCupDescription>> read_vacuum_cup(const fs::path& folder) {
   auto file = DeviceFile::open(folder, "vacuum_cup");
@@ -12,7 +32,10 @@ Result<std::shared_ptr<const VacuumCupDescription>> read_vacuum_cup(const fs::pa
   VacuumCupDescription cup;
   cup.mount_link = file->read_common(reader, cup);
   cup.tcp_link = file->link(reader, "tcp");
-  cup.lip = file->link(reader, "lip");
+  if (reader.has("lips"))
+    cup.lips = links_of(*file, reader, "lips");
+  else
+    cup.lips = {file->link(reader, "lip")};
   cup.area = reader.number("area_m2", {}, kPositive);
   cup.vacuum_max = reader.number("vacuum_max_Pa", {}, {.low = 1.0, .high = 101'325.0});
   cup.evacuation = reader.number("evacuation_s", {}, kPositive);

@@ -83,7 +83,7 @@ class Interrupted {
   void step(int cycles) {
     for (int i = 0; i < cycles; ++i) {
       built_->core->step();
-      if (!built_->world->step()) return tries.complain("the physics diverged");
+      if (!built_->world->step()) return tries.complain(built_->world->divergence());
       tries.watch(*built_);
     }
   }

@@ -28,6 +28,8 @@ class PlateOnCups : public testing::Test {
       cup.model = model("vacuum_cup30");
       cup.mount.X_P.translation() = Vector3d(x, 0.0, 0.0);
       cup.joints.push_back({.joint = "plunge", .spring = JointSpring{.stiffness = 1e4, .damping = 20, .preload = 0.5}});
+      for (const char* lean : {"lean_x", "lean_y"})
+        cup.joints.push_back({.joint = lean, .spring = JointSpring{.stiffness = 0.85, .damping = 0.0017}});
       description.robots.push_back(cup);
       description.devices.push_back(
           {.name = name,
