@@ -48,7 +48,7 @@ std::filesystem::path find_file(const std::filesystem::path& file) {
     if (std::filesystem::exists(place, error)) return place;
   Diagnostics why;
   why.error(Code::kNotFound, "", "there is no such file",
-            fmt::format("nor '{}', nor '{}'", beside.string(), installed.string()));
+            fmt::format("Check the path: there is no '{}' and no '{}' either", beside.string(), installed.string()));
   why.set_file(file.string());
   throw OpenError(std::move(why));
 }
@@ -60,7 +60,7 @@ void explain_missing_data(Diagnostics& diagnostics) {
   if (std::filesystem::is_directory(models, error)) return;
   diagnostics.error(Code::kNotFound, "",
                     fmt::format("this install has no models: there is no folder '{}'", models.string()),
-                    "TAKT_ROOT: the folder of models/ and scenarios/");
+                    "Set TAKT_ROOT to the folder of models/ and scenarios/");
 }
 
 CellSetup setup_of(const CellOptions& options) {

@@ -61,7 +61,7 @@ Diagnostics check(const Arguments& arguments) {
   if (arguments.step && arguments.realtime)
     diagnostics.error(Code::kConflict, "--step",
                       "simulated time stops while a step waits, so it cannot follow the wall clock",
-                      "use --step or --realtime");
+                      "Use --step or --realtime");
   if (arguments.try_every == 0) return diagnostics;
   const std::pair<const char*, bool> others[] = {{"--video", !arguments.video.empty()},
                                                  {"--record", !arguments.record.empty()},
@@ -70,7 +70,7 @@ Diagnostics check(const Arguments& arguments) {
   for (const auto& [name, given] : others)
     if (given)
       diagnostics.error(Code::kConflict, "--try-interruptions", fmt::format("cannot be together with {}", name),
-                        "one of both");
+                        "Give one of both");
   return diagnostics;
 }
 
@@ -155,7 +155,7 @@ int run_command_line(int argc, char** argv, const std::filesystem::path& file, c
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return parser.exit(error);  // --help
     Diagnostics diagnostics;
-    diagnostics.error(Code::kUsage, "", error.what(), "--help");
+    diagnostics.error(Code::kUsage, "", error.what(), "See --help");
     return refuse(diagnostics, arguments.json);
   }
   return run(arguments, program, cooperating);

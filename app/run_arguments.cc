@@ -31,7 +31,7 @@ std::optional<std::uint64_t> parse_seed(const std::optional<std::string>& text, 
   if (!text) return std::nullopt;
   if (parse_whole(*text, seed)) return seed;
   diagnostics.error(Code::kInvalidValue, "--seed", fmt::format("'{}' is not a seed", *text),
-                    "a whole number from 0 to 18446744073709551615");
+                    "Give a whole number from 0 to 18446744073709551615");
   return std::nullopt;
 }
 
@@ -56,7 +56,7 @@ void check_products(const RunArguments& arguments, std::vector<std::filesystem::
   };
   if (!arguments.record.empty() && !arguments.video.empty() && same(arguments.record, arguments.video))
     diagnostics.error(Code::kConflict, "--record", fmt::format("'{}' is the file of --video too", arguments.record),
-                      "another name");
+                      "Choose another name");
 }
 
 /// The site file, and what the command line says over it.
@@ -94,7 +94,7 @@ std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets,
     const std::size_t equals = set.find('=');
     if (equals == std::string::npos || set[0] != '/') {
       diagnostics.error(Code::kInvalidValue, "--set", fmt::format("'{}' is not JSON_POINTER=VALUE", set),
-                        "--set /devices/arm/model=NAME");
+                        "Write it as in --set /devices/arm/model=NAME");
       continue;
     }
     overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
@@ -125,7 +125,8 @@ std::optional<sim::FreeCamera> parse_view(const FilmViewArguments& arguments, Di
   if (arguments.eye.empty() && arguments.look_at.empty()) return std::nullopt;
   if (arguments.eye.size() != 3 || arguments.look_at.size() != 3) {
     diagnostics.error(Code::kRequires, arguments.eye.empty() ? "--look-at" : "--eye",
-                      "a camera has a point where it is and one that it looks at", "--eye X,Y,Z --look-at X,Y,Z");
+                      "a camera has a point where it is and one that it looks at",
+                      "Give both: --eye X,Y,Z --look-at X,Y,Z");
     return std::nullopt;
   }
   std::array<double, 3> eye{}, target{};
@@ -133,12 +134,13 @@ std::optional<sim::FreeCamera> parse_view(const FilmViewArguments& arguments, Di
   std::ranges::copy(arguments.look_at, target.begin());
   const auto usable = [](double v) { return std::isfinite(v) && std::abs(v) < 1e6; };
   if (!std::ranges::all_of(eye, usable) || !std::ranges::all_of(target, usable)) {
-    diagnostics.error(Code::kOutOfRange, "--eye", "a camera so far away", "numbers below 1e6 m");
+    diagnostics.error(Code::kOutOfRange, "--eye", "a camera so far away", "Use numbers below 1e6 m");
     return std::nullopt;
   }
   const double distance = std::hypot(eye[0] - target[0], eye[1] - target[1], eye[2] - target[2]);
   if (distance < 1e-6) {
-    diagnostics.error(Code::kInvalidValue, "--look-at", "the camera is at the point that it looks at", "another point");
+    diagnostics.error(Code::kInvalidValue, "--look-at", "the camera is at the point that it looks at",
+                      "Choose another point");
     return std::nullopt;
   }
   return sim::camera_from(eye, target);
@@ -194,23 +196,23 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   ParsedRun parsed;
   if (!parse_size(arguments.size, parsed.run.width, parsed.run.height)) {
     diagnostics.error(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", arguments.size),
-                      "WIDTHxHEIGHT, e.g. 1280x720");
+                      "Write WIDTHxHEIGHT, e.g. 1280x720");
   }
   if (arguments.fps < 1 || arguments.fps > sim::kMostFps) {
     diagnostics.error(Code::kOutOfRange, "--fps", fmt::format("{} pictures per second", arguments.fps),
-                      fmt::format("1 to {}", sim::kMostFps));
+                      fmt::format("Choose 1 to {}", sim::kMostFps));
   }
   if (arguments.video_from > 0.0 && arguments.video.empty())
-    diagnostics.error(Code::kRequires, "--video-from", "there is no film that could begin then", "--video OUT.mp4");
+    diagnostics.error(Code::kRequires, "--video-from", "there is no film that could begin then", "Add --video OUT.mp4");
   if (arguments.video_to && arguments.video.empty())
-    diagnostics.error(Code::kRequires, "--video-to", "there is no film that could end then", "--video OUT.mp4");
+    diagnostics.error(Code::kRequires, "--video-to", "there is no film that could end then", "Add --video OUT.mp4");
   if (arguments.video_to && *arguments.video_to < arguments.video_from)
     diagnostics.error(Code::kOutOfRange, "--video-to",
                       fmt::format("{:g} s is before {:g} s", *arguments.video_to, arguments.video_from),
-                      "a time after --video-from");
+                      "Give a time after --video-from");
   if (arguments.record_last && arguments.record.empty())
     diagnostics.error(Code::kRequires, "--record-last", "there is no recording that could be so long",
-                      "--record OUT.mcap");
+                      "Add --record OUT.mcap");
   check_log_level(arguments.log, diagnostics);
   check_products(arguments, inputs, diagnostics);
   parsed.open.overrides = parse_sets(arguments.sets, diagnostics);
@@ -264,7 +266,7 @@ Diagnostics check_model_folders(const std::vector<std::string>& folders) {
   for (const std::string& folder : folders) {
     if (!std::filesystem::is_directory(folder, ignored))
       diagnostics.error(Code::kNotFound, "--models", fmt::format("'{}' is not a folder", folder),
-                        "a folder with a folder per model");
+                        "Name a folder with a folder per model");
   }
   return diagnostics;
 }

@@ -45,7 +45,7 @@ mjModel* scene() {
     std::array<char, 1000> error{};
     mjSpec* spec = mj_parseXMLString(scene_text().c_str(), nullptr, error.data(), error.size());
     if (spec == nullptr) throw std::runtime_error(error.data());
-    dress_stage(spec, {});
+    add_scene_props(spec, {});
     mjModel* compiled = mj_compile(spec, nullptr);
     if (compiled == nullptr) throw std::runtime_error(mjs_getError(spec));
     mj_deleteSpec(spec);

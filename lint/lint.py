@@ -5,8 +5,8 @@ Rules: layers include only downwards; headers have '#pragma once'; no left-over 
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead to a file and, with
 an anchor, to a heading; files of the repository that a page names exist; every row of docs/semantics.md is named by a test
 or says which issue brings it; no file over 600 lines; no capturing lambda inside of a co_await expression; no name twice in
-the unnamed namespaces of a folder (unnamed.py); no new circle of modules (circles.py); tests ask for codes and pointers of
-diagnostics, not for their words; every code of a diagnostic is asked for by a test.
+the unnamed namespaces of a folder (unnamed.py); no new circle of modules (circles.py); hints say what to do (hints.py); tests
+ask for codes and pointers of diagnostics, not for their words; every code of a diagnostic is asked for by a test.
 """
 import pathlib
 import re
@@ -14,6 +14,7 @@ import subprocess
 import sys
 
 import circles
+import hints
 import unnamed
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -67,6 +68,21 @@ HEAVY_ALLOWED = {"core/net/description.h", "scenario/description.h", "cmake/pch.
 MARKS = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
 MACHINE = re.compile(r"(^|[^A-Za-z0-9_.])/(work|farm|root|home)/|pypi\.o" r"rg|pythonhos" r"ted|deb\.deb" r"ian")
 
+
+# Names that were dialect, and the field's own (style: a quantity is a noun, what changes state is a verb). New rows are
+# welcome.
+DIALECT = {
+    "sight": "eval_context", "making": "build", "Stance": "KinematicState", "Softness": "ToolCompliance",
+    "OffsetRoom": "OffsetBudget", "Woven": "WeavingMotion", "Strand": "ControlLine", "Reality": "BackendMode",
+    "Situation": "CellState", "Meanwhile": "ConcurrentMotions", "MotionBeside": "ConcurrentMotion",
+    "MeantTouch": "IntendedContact", "tool_misfit": "tool_mismatch", "gives_way_as_it_can": "check_compliance",
+    "lets_go": "update_hold", "look_after_connection": "service_connection", "dress_stage": "add_scene_props",
+    "see_arm": "update_arm_frames", "see_flanges": "update_flange_frames", "lose_time": "invalidate_timing",
+    "kPatience": "kAnswerTimeout", "kLostWay": "kPartLostDistance", "add_news": "append_new",
+    "may_be_left": "can_blend_out", "may_go_on": "can_blend_from",
+}
+DIALECT_NAME = re.compile(r"\b(" + "|".join(DIALECT) + r")\b")
+NOT_CODE = re.compile(r'"(?:\\.|[^"\\])*"|//.*$')
 
 # Words in what a test looks for: two words in a row, as no name, key, pointer or number has them.
 WORDS = r'"(?:[^"\\\n]|\\.)*?[A-Za-z]{2,},? [a-z]{2,}(?:[^"\\\n]|\\.)*"'
@@ -125,6 +141,8 @@ def check_code(name, lines, say):
             say(name, number, f"{len(line)} columns (120 at most)")
         if header and HEAVY.search(line) and name not in HEAVY_ALLOWED and not name.startswith("tests/"):
             say(name, number, "heavy header inside a header: include it in the .cc file")
+        for match in DIALECT_NAME.finditer(NOT_CODE.sub("", line)):
+            say(name, number, f"'{match.group(1)}' is dialect: {DIALECT[match.group(1)]}")
         included = re.match(r'#include "([^"]+)"', line)
         if layer and included:
             target = layer_of(included.group(1))
@@ -263,6 +281,9 @@ def main():
             check_code(name, lines, say)
             check_options(name, lines, say)
             check_awaits(name, text, say)
+            if not name.startswith(("tests/", "bench/", "examples/")):
+                for hint in hints.diagnostics(name, text):
+                    say(*hint)
         if name.startswith("tests/") and name.endswith((".cc", ".h", ".py")):
             check_quotes(name, text, say)
         if name != "lint/lint.py":

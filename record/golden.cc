@@ -89,7 +89,7 @@ std::pair<std::uint64_t, std::string> last_digest(const Recording& recording) {
 Result<Golden> make_golden(const Recording& recording, const BlessOptions& options) {
   Diagnostics diagnostics;
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
-    diagnostics.error(Code::kMissing, "", "a golden needs a reason", "say in a few words why this run is right");
+    diagnostics.error(Code::kMissing, "", "a golden needs a reason", "Say in a few words why this run is right");
   }
   for (const std::string& damage : recording.damage())
     diagnostics.error(Code::kFileNotReadable, "", fmt::format("recording: {}", damage));

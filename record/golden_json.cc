@@ -173,7 +173,7 @@ class MemberReader {
   int exponent(const Json& json, const std::string& at, const char* key) {
     const double value = number(json, at, key);
     const bool fits = std::abs(value) <= 30.0 && value == std::floor(value);
-    if (!fits) diagnostics_.error(Code::kOutOfRange, at + pointer_segment(key), "no exponent", "-30 to 30");
+    if (!fits) diagnostics_.error(Code::kOutOfRange, at + pointer_segment(key), "no exponent", "Choose -30 to 30");
     return fits ? static_cast<int>(value) : 0;
   }
   /// A list of so many members of one kind.
@@ -225,7 +225,7 @@ class MemberReader {
   }
   void wrong(const std::string& at, const char* key, const char* wanted) {
     diagnostics_.error(Code::kWrongType, at + pointer_segment(key), "the value has another type",
-                       fmt::format("wanted: {}", wanted));
+                       fmt::format("Give the type {}", wanted));
   }
 
   Diagnostics& diagnostics_;
@@ -239,7 +239,7 @@ GoldenCurve read_curve(MemberReader& read, const Json& json, const std::string& 
       curve.follows_topic = names->at(0).get<std::string>();
       curve.follows_column = names->at(1).get<std::string>();
     } else if (names != nullptr) {
-      diagnostics.error(Code::kWrongType, at + "/follows", "the value has another type", "[topic, column]");
+      diagnostics.error(Code::kWrongType, at + "/follows", "the value has another type", "Write [topic, column]");
     }
   }
   curve.rate = json.value("rate", Json(false)) == true;
@@ -251,7 +251,7 @@ GoldenCurve read_curve(MemberReader& read, const Json& json, const std::string& 
       curve.hold_every = std::max<std::size_t>(1, hold->at(0).get<std::size_t>());
       curve.hold_from = hold->at(1).get<std::size_t>();
     } else {
-      diagnostics.error(Code::kWrongType, at + "/hold", "the value has another type", "[samples, first sample]");
+      diagnostics.error(Code::kWrongType, at + "/hold", "the value has another type", "Write [samples, first sample]");
     }
   }
   if (json.contains("pieces")) {
@@ -271,7 +271,7 @@ GoldenColumn read_column(MemberReader& read, const Json& json, const std::string
   column.thinning = read.number(json, at, "thinning");
   if (json.is_object() && json.contains("curve")) {
     if (!json.at("curve").is_object()) {
-      diagnostics.error(Code::kWrongType, at + "/curve", "the value has another type", "wanted: an object");
+      diagnostics.error(Code::kWrongType, at + "/curve", "the value has another type", "Give an object");
     } else {
       column.curve = read_curve(read, json.at("curve"), at + "/curve", diagnostics);
     }
@@ -295,7 +295,8 @@ GoldenEvent read_event(const Json& json, const std::vector<std::string>& steps, 
                     json[1].is_string() && json[2].is_number() && json[3].is_number_integer() &&
                     (json.size() == 4 || json[4].is_string());
   if (!fits) {
-    diagnostics.error(Code::kWrongType, at, "the value has another type", "[source, name, time, step] and a topic");
+    diagnostics.error(Code::kWrongType, at, "the value has another type",
+                      "Write [source, name, time, step] and a topic");
     return {};
   }
   GoldenEvent event{.topic = json.size() == 5 ? json[4].get<std::string>() : std::string(kProgramTopic),
@@ -305,7 +306,7 @@ GoldenEvent read_event(const Json& json, const std::vector<std::string>& steps, 
   const auto step = json[3].get<std::int64_t>();
   if (step >= static_cast<std::int64_t>(steps.size()))
     diagnostics.error(Code::kOutOfRange, at + "/3", fmt::format("there is no step {}", step),
-                      fmt::format("below {}, or -1", steps.size()));
+                      fmt::format("Choose a number below {}, or -1", steps.size()));
   if (step >= 0 && step < static_cast<std::int64_t>(steps.size())) event.step = steps[static_cast<std::size_t>(step)];
   return event;
 }
@@ -318,7 +319,8 @@ void read_grids(MemberReader& read, const Json& json, Golden& golden, Diagnostic
     const GoldenGrid grid{.start = nanoseconds(std::clamp(start, -1e9, 1e9)),
                           .period = nanoseconds(std::clamp(period, 0.0, 1e6)),
                           .samples = read.count(item, at, "samples", 0)};
-    if (grid.period <= 0) diagnostics.error(Code::kOutOfRange, at + "/period_s", "no period", "above 0 s");
+    if (grid.period <= 0)
+      diagnostics.error(Code::kOutOfRange, at + "/period_s", "no period", "Choose a time above 0 s");
     golden.grids[read.text(item, at, "topic")] = grid;
   }
 }
@@ -332,7 +334,7 @@ void check_curves(const Golden& golden, Diagnostics& diagnostics) {
   }
   if (samples > kMostSamples) {
     diagnostics.error(Code::kTooLarge, "/columns", fmt::format("{} samples in all", samples),
-                      fmt::format("at most {}", kMostSamples));
+                      fmt::format("Keep it to at most {}", kMostSamples));
     return;
   }
   GoldenReader reader(golden);

@@ -332,7 +332,7 @@ bool take_definition(const Record& record, Contents& contents) {
 Result<Contents> scan(const ByteSource& source) {
   if (source.size() > ReadLimits::kFileBytes)
     return failure(Code::kTooLarge, "", fmt::format("the file has {} bytes", source.size()),
-                   fmt::format("at most {} are read", ReadLimits::kFileBytes));
+                   fmt::format("Keep it to {} at most", ReadLimits::kFileBytes));
   if (source.view(0, kMagic.size()) != kMagic) {
     return failure(Code::kSyntax, "",
                    source.size() == 0 ? "the file is empty" : "this is not an MCAP file: its first 8 bytes are others");

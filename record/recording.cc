@@ -297,7 +297,7 @@ Result<const ChannelInfo*> Recording::numbers(std::string_view topic) const {
 std::unexpected<Diagnostics> Recording::too_much() const {
   return failure(Code::kTooLarge, "",
                  fmt::format("{} messages of {} channels: too much to be read", message_count(), channels().size()),
-                 "a shorter recording");
+                 "Use a shorter recording");
 }
 
 std::size_t Recording::rows(std::string_view topic) const {
@@ -324,7 +324,7 @@ Result<Table> Recording::table(std::string_view topic) const {
   if ((names->columns.size() + 1) * rows(topic) > mcap::ReadLimits::kTableValues)
     return failure(Code::kTooLarge, "",
                    fmt::format("topic '{}' has more than {} values", topic, mcap::ReadLimits::kTableValues),
-                   "a shorter recording");
+                   "Use a shorter recording");
   const ColumnChoice all[] = {{.topic = std::string(topic)}};
   Result<std::vector<Table>> tables = this->tables(all);
   if (!tables) return std::unexpected(std::move(tables.error()));
@@ -398,7 +398,7 @@ Result<std::vector<RecordedEvent>> Recording::events(std::string_view topic) con
   return failure(Code::kTooLarge, "",
                  fmt::format("topic '{}' has more than {} events or {} bytes of them", topic, mcap::ReadLimits::kEvents,
                              mcap::ReadLimits::kEventBytes),
-                 "a shorter recording");
+                 "Use a shorter recording");
 }
 
 void Recording::for_each_event(std::string_view topic, const std::function<bool(const RecordedEvent&)>& visit) const {

@@ -74,9 +74,10 @@ void ArmKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const 
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto j = static_cast<Eigen::Index>(i);
     if (kinematics::is_in_range(wanted[i], arm.limits.lower[j], arm.limits.upper[j])) continue;
-    diagnostics.error(Code::kOutOfRange, pointer + pointer_segment(i),
-                      fmt::format("{:g} deg for joint {}", wanted[i] / kDegree, arm.joint_names[i]),
-                      fmt::format("{:g} to {:g} deg", arm.limits.lower[j] / kDegree, arm.limits.upper[j] / kDegree));
+    diagnostics.error(
+        Code::kOutOfRange, pointer + pointer_segment(i),
+        fmt::format("{:g} deg for joint {}", wanted[i] / kDegree, arm.joint_names[i]),
+        fmt::format("Choose {:g} to {:g} deg", arm.limits.lower[j] / kDegree, arm.limits.upper[j] / kDegree));
   }
 }
 

@@ -44,10 +44,10 @@ class BaseKind final : public ArmKind {
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty()) {
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a base starts where it is placed",
-                        "\"at\"");
+                        "Give \"at\" instead");
     }
     if (!device.entry->own_force.empty())
-      diagnostics.error(Code::kInvalidValue, device.pointer() + "/own_force", "a base feels no force", "an arm");
+      diagnostics.error(Code::kInvalidValue, device.pointer() + "/own_force", "a base feels no force", "Name an arm");
     (void)odometry_error(device, diagnostics);
   }
 

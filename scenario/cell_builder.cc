@@ -158,13 +158,13 @@ void simulate(const LoadedDevice& device, const world::FrameGraph& truth, sim::W
   const LoadedDevice* side = tool_side_under(device);
   if (device.kind->needs_arm() && !carrying_arm(device) && !side) {
     diagnostics.error(Code::kInvalidValue, device.pointer(), "this device has to be mounted on an arm",
-                      "\"on\": NAME of an arm or sensor");
+                      "Add \"on\": NAME of an arm or sensor");
   }
   if (side && (device.as<device::ForceTorqueDescription>() || device.as<device::ToolChangerDescription>() ||
                device.as<device::ArmDescription>()))
     diagnostics.error(Code::kUnsupported, device.pointer() + "/on",
                       fmt::format("'{}' is a tool side: it carries tools only", side->entry->name),
-                      "a place between the arm and its tool changer");
+                      "Mount the tool side between the arm and its tool changer");
   world.robots.push_back(device.kind->body(device, mount_of(device, truth)));
   world.robots.back().pointer = device.pointer();
   auto plant = device::read_plant(*device.model);
@@ -305,7 +305,7 @@ bool add_model_object(const ObjectEntry& entry, const device::ModelLibrary& mode
   if (!entry.fixed && !model->root().inertial) {
     diagnostics.error(Code::kMissing, object_pointer(entry) + "/fixed",
                       fmt::format("link '{}' of the model has no mass", model->root().name),
-                      "<inertial> in the URDF, or \"fixed\": true");
+                      "Add <inertial> to the URDF, or set \"fixed\": true");
   }
   if (const auto& inertial = model->root().inertial; inertial && !entry.fixed)
     known.mass = world::transform(inertial->X_LC, {inertial->mass, Eigen::Vector3d::Zero(), inertial->I_C});
@@ -399,9 +399,10 @@ void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnos
     arm.device->set_tool({arm.X_FT, carried});
     const double mass = carried.mass + built.cell.load_of(name).mass;
     if (model.payload_max == 0.0 || mass <= model.payload_max) continue;
-    diagnostics.error(Code::kLimitExceeded, "/devices" + pointer_segment(name),
-                      fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, mass),
-                      fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", model.payload_max, model.model));
+    diagnostics.error(
+        Code::kLimitExceeded, "/devices" + pointer_segment(name),
+        fmt::format("'{}' carries {:.2f} kg, tools and sensors together", name, mass),
+        fmt::format("Keep it to at most {:g} kg: 'payload_max_kg' of '{}'", model.payload_max, model.model));
   }
 }
 
@@ -476,7 +477,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
-  auto world = sim::World::create(simulated, [](mjSpec_& spec) { sim::dress_stage(&spec, {}); });
+  auto world = sim::World::create(simulated, [](mjSpec_& spec) { sim::add_scene_props(&spec, {}); });
   if (!world) return std::unexpected(std::move(world.error()));
   built.world = std::make_shared<sim::World>(std::move(*world));
   built.triangles = sim::triangle_count(built.world->model());
@@ -498,7 +499,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
     for (const auto& device : devices)
       if (built.site->wired_last(device->entry->name) == last) device->kind->add(*device, devices, built);
   add_tools(devices, built.cell, diagnostics);
-  activity::see_flanges(built.cell);
+  activity::update_flange_frames(built.cell);
   diagnostics.append(built.site->problems());
   check_own_forces(devices, description.site, diagnostics);
   check_force_sensor(description.film, built.cell, diagnostics);

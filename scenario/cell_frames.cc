@@ -146,7 +146,7 @@ void CellFrames::report_unplaced(Diagnostics& diagnostics) const {
     diagnostics.error(Code::kInvalidValue, one.pointer + one.in_pointer,
                       circle ? fmt::format("the frame of '{}' has no known pose", parent)
                              : fmt::format("there is no frame '{}'", parent),
-                      circle ? "frames that end at 'world'" : nearest_choice(parent, names));
+                      circle ? "Use frames that end at 'world'" : nearest_choice(parent, names));
   }
 }
 

@@ -33,7 +33,7 @@ void check_carrier(const LoadedDevice& device, Diagnostics& diagnostics) {
   if (!device.on || device.on->kind->mount_place(*device.on->model)) return;
   diagnostics.error(Code::kInvalidValue, device.pointer() + "/on",
                     fmt::format("'{}' is of kind '{}' and carries nothing", device.entry->on, device.on->kind->name()),
-                    "an arm or a sensor");
+                    "Mount it on an arm or a sensor");
 }
 
 }  // namespace

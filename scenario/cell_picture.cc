@@ -122,7 +122,7 @@ Result<sim::FreeCamera> best_camera(sim::Renderer& renderer, const Extent& first
 Result<void> draw_cell(const BuiltCell& built, const activity::FoundCollision* collision,
                        const std::filesystem::path& file) {
   if (file.extension() != ".png")
-    return failure(Code::kInvalidValue, "--image", "'" + file.string() + "' is not a .png file", "OUT.png");
+    return failure(Code::kInvalidValue, "--image", "'" + file.string() + "' is not a .png file", "Name a file OUT.png");
   const Model model(mj_copyModel(nullptr, built.world->model()), mj_deleteModel);
   const State data(mj_copyData(nullptr, built.world->model(), built.world->data()), mj_deleteData);
   int first = -1, second = -1;

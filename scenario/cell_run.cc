@@ -109,7 +109,7 @@ bool CellRun::starts_where_assumed() {
           fmt::format("'{}' is not where the program assumes: joint {} is at {:.2f} deg, not at {:.2f}", name,
                       arm.device->description().joint_names[static_cast<std::size_t>(i)], q[i] / kDegree,
                       arm.start[i] / kDegree),
-          "move the arm there, or say in 'start_deg' where it is");
+          "Move the arm there, or say in 'start_deg' where it is");
     }
   }
   return !report_.diagnostics.has_errors();

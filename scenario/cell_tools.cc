@@ -30,7 +30,8 @@ void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diag
   if (tcps.empty() || !(arm || side)) {
     if (!wanted.empty())
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/tcp",
-                        fmt::format("'{}' is no tool, it has no tool centre point", device.entry->name), "no 'tcp'");
+                        fmt::format("'{}' is no tool, it has no tool centre point", device.entry->name),
+                        "Remove 'tcp'");
     return;
   }
   // On a tool side it hangs on an arm once that is coupled.
@@ -68,14 +69,14 @@ std::string default_tool(const LoadedDevice& arm, const command::Cell& cell, Dia
   if (wanted.empty()) {
     diagnostics.error(Code::kMissing, pointer,
                       fmt::format("'{}' carries several tools: {}", arm.entry->name, fmt::join(tools, ", ")),
-                      fmt::format("\"tool\": \"{}\" beside the model of '{}', for steps that name none", tools.front(),
-                                  arm.entry->name));
+                      fmt::format("Give \"tool\": \"{}\" beside the model of '{}', for steps that name none",
+                                  tools.front(), arm.entry->name));
     return {};
   }
   if (std::ranges::find(tools, wanted) != tools.end()) return wanted;
   if (const auto tool = cell.tools.find(wanted); tool != cell.tools.end() && !tool->second.side.empty()) return wanted;
   diagnostics.error(Code::kUnknownName, pointer, fmt::format("'{}' carries no tool '{}'", arm.entry->name, wanted),
-                    tools.empty() ? "a tool that is mounted \"on\" it" : nearest_choice(wanted, tools));
+                    tools.empty() ? "Name a tool that is mounted \"on\" it" : nearest_choice(wanted, tools));
   return {};
 }
 
@@ -91,14 +92,15 @@ void couple_at_start(LoadedDevices devices, command::Cell& cell, Diagnostics& di
     if (!is_new)
       diagnostics.error(Code::kDuplicate, device->pointer() + "/settings/number",
                         fmt::format("'{}' has the number {}, too", first->second, side->second.number),
-                        "a number of its own");
+                        "Give each a number of its own");
     if (!device->on) continue;
     const auto [other, is_alone] = coupled.emplace(device->entry->on, name);
     if (is_alone) {
       diagnostics.append(command::couple(cell, device->entry->on, name), device->pointer());
     } else {
       diagnostics.error(Code::kConflict, device->pointer() + "/on",
-                        fmt::format("'{}' hangs on '{}' already", other->second, device->entry->on), "\"at\": a dock");
+                        fmt::format("'{}' hangs on '{}' already", other->second, device->entry->on),
+                        "Give \"at\": a free dock");
     }
   }
 }
@@ -114,7 +116,8 @@ void add_tools(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnost
       for (const auto& [key, value] : {std::pair("tool", device->entry->tool), {"own_force", device->entry->own_force}})
         if (!value.empty())
           diagnostics.error(Code::kInvalidValue, device->pointer() + pointer_segment(key),
-                            fmt::format("'{}' is no arm", device->entry->name), fmt::format("\"{}\" of an arm", key));
+                            fmt::format("'{}' is no arm", device->entry->name),
+                            fmt::format("Give \"{}\" of an arm", key));
       continue;
     }
     arm->second.tool_name = default_tool(*device, cell, diagnostics);

@@ -341,7 +341,7 @@ Diagnostics CommandTape::play(const record::Recording& recording) {
     if (!rows) {
       diagnostics.error(Code::kIncompatible, {},
                         fmt::format("the recording does not have what '{}' was commanded", track.device()),
-                        "one made by takt run --record of this version or a later one");
+                        "Use one made by takt run --record of this version or a later one");
       continue;
     }
     // A topic without a message has no columns: nothing was handed over.

@@ -65,7 +65,7 @@ bool ContactGuard::is_allowed(const Pair& pair, const collision::Touching& touch
   if (a < 0 || b < 0) return true;  // what only the simulation has
   const collision::CellShapes& shapes = *built_.cell.shapes;
   if (shapes.scene.never_meet(a, b)) return true;
-  const collision::Situation situation = believed_situation(built_.cell, {}, {});
+  const collision::CellState situation = believed_situation(built_.cell, {}, {});
   return collision::ContactRules(shapes, situation).contact(a, b, touching) != collision::Contact::kForbidden;
 }
 

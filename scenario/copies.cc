@@ -54,7 +54,8 @@ class CopyWriter {
     const auto found = document_.find("parameters");
     if (found == document_.end()) return read_ranges();
     if (!found->is_object()) {
-      diagnostics_.error(Code::kWrongType, "/parameters", "unexpected value " + short_dump(*found), "an object {...}");
+      diagnostics_.error(Code::kWrongType, "/parameters", "unexpected value " + short_dump(*found),
+                         "Give an object {...}");
     } else {
       for (const auto& [name, value] : found->items()) read_parameter(name, value);
     }
@@ -67,10 +68,10 @@ class CopyWriter {
     const std::string pointer = "/parameters" + pointer_segment(name);
     if (!is_parameter_name(name))
       diagnostics_.error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
-                         "letters, digits and '_', no digit first");
+                         "Use letters, digits and '_', no digit first");
     else if (!value.is_number() && !value.is_boolean() && !value.is_string())
       diagnostics_.error(Code::kWrongType, pointer, "unexpected value " + short_dump(value),
-                         "a number, a text, true or false");
+                         "Give a number, a text, true or false");
     else
       parameters_[name] = value;
   }
@@ -83,7 +84,7 @@ class CopyWriter {
     document_.erase("parameter_ranges");
     if (!ranges.is_object())
       return diagnostics_.error(Code::kWrongType, "/parameter_ranges", "unexpected value " + short_dump(ranges),
-                                "an object {...}");
+                                "Give an object {...}");
     ObjectReader values(parameters_, "/parameters", diagnostics_);
     for (const auto& [name, entry] : ranges.items()) {
       const std::string pointer = "/parameter_ranges" + pointer_segment(name);
@@ -91,7 +92,7 @@ class CopyWriter {
         diagnostics_.error(Code::kUnknownName, pointer, fmt::format("there is no parameter '{}'", name),
                            nearest_choice(name, parameter_names()));
       else if (!entry.is_object())
-        diagnostics_.error(Code::kWrongType, pointer, "unexpected value " + short_dump(entry), "an object {...}");
+        diagnostics_.error(Code::kWrongType, pointer, "unexpected value " + short_dump(entry), "Give an object {...}");
       else
         check_range(name, entry, pointer, values);
     }
@@ -104,7 +105,7 @@ class CopyWriter {
       const std::vector<std::string> choices = reader.texts("one_of");
       reader.finish();
       if (entry["one_of"].empty())
-        diagnostics_.error(Code::kOutOfRange, reader.at("one_of"), "no value is allowed", "at least one text");
+        diagnostics_.error(Code::kOutOfRange, reader.at("one_of"), "no value is allowed", "Give at least one text");
       else if (!choices.empty() && values.choice(name, choices).empty())
         parameters_[name] = choices.front();
       return;
@@ -168,7 +169,7 @@ class CopyWriter {
       }
       if (name.find('#') == std::string::npos)
         diagnostics_.error(Code::kInvalidName, pointer, fmt::format("all copies of '{}' would have one name", name),
-                           "a name with '#', which is the number of the copy");
+                           "Write '#' into the name: it becomes the number of the copy");
       for (auto& [number, copy] : copies_of(entry, pointer)) written[numbered(name, number)] = std::move(copy);
     }
     *found = std::move(written);
@@ -198,7 +199,7 @@ class CopyWriter {
     std::vector<std::pair<std::int64_t, Json>> copies;
     if (!entry["copies"].is_object()) {
       diagnostics_.error(Code::kWrongType, pointer + "/copies", "unexpected value " + short_dump(entry["copies"]),
-                         "{\"count\": N, \"step_m\": [x, y, z]}");
+                         "Write {\"count\": N, \"step_m\": [x, y, z]}");
       return copies;
     }
     ObjectReader reader(entry["copies"], pointer + "/copies", diagnostics_);

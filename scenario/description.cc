@@ -56,7 +56,7 @@ void for_each_member(ObjectReader& reader, std::string_view key, const Read& rea
     if (name.empty()) reader.diagnostics().error(Code::kInvalidName, pointer, "an empty name");
     if (name.find('/') != std::string::npos || name == "world") {
       reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
-                                 "no '/', and not 'world'");
+                                 "Choose a name without '/' that is not 'world'");
     }
     read(name, value, pointer);
   }
@@ -83,11 +83,12 @@ DeviceEntry read_device(const std::string& name, const Json& json, const std::st
   if (reader.has("at")) device.at = read_placement(reader, "at");
   if (!device.on.empty() && device.at) {
     diagnostics.error(Code::kConflict, pointer, "both 'on' and 'at' are given",
-                      "mounted on a device, or placed in a frame");
+                      "Mount it on a device, or place it in a frame");
   }
   if (const Json* mount = reader.object("mount", false)) {
     if (device.on.empty())
-      diagnostics.error(Code::kInvalidValue, pointer + "/mount", "'mount' without 'on'", "\"on\": NAME, or \"at\"");
+      diagnostics.error(Code::kInvalidValue, pointer + "/mount", "'mount' without 'on'",
+                        "Give \"on\": NAME, or \"at\"");
     ObjectReader pose(*mount, pointer + "/mount", diagnostics);
     device.mount = pose.pose();
     pose.finish();
@@ -116,7 +117,7 @@ void read_mass(ObjectReader& reader, ObjectEntry& object) {
   for (const double mass : object.part_masses_kg) sum += mass;
   if (sum > 0.0 && reader.has("mass_kg")) {
     diagnostics.error(Code::kConflict, reader.at("mass_kg"), "both the object and its parts have a mass",
-                      "one of them: that of the object is the sum");
+                      "Remove one of them: the mass of the object is the sum");
   }
   object.mass_given = sum > 0.0 || reader.has("mass_kg");
   object.mass_kg = reader.number("mass_kg", sum > 0.0 ? sum : 1.0, kPositive);
@@ -130,16 +131,16 @@ void read_mass(ObjectReader& reader, ObjectEntry& object) {
       I << values[0], values[3], values[4], values[3], values[1], values[5], values[4], values[5], values[2];
     } else {
       diagnostics.error(Code::kWrongSize, reader.at("inertia_kg_m2"), fmt::format("{} numbers", values.size()),
-                        "[ixx, iyy, izz] or [ixx, iyy, izz, ixy, ixz, iyz]");
+                        "Give [ixx, iyy, izz] or [ixx, iyy, izz, ixy, ixz, iyz]");
     }
   }
   if (object.centre_m && !object.inertia_kg_m2) {
     diagnostics.error(Code::kMissing, reader.at("inertia_kg_m2"), "'centre_m' without 'inertia_kg_m2'",
-                      "both, or neither: then the shapes decide");
+                      "Give both, or neither: then the shapes decide");
   }
   if (object.inertia_kg_m2 && !object.part_masses_kg.empty()) {
     diagnostics.error(Code::kConflict, reader.at("inertia_kg_m2"), "both an inertia and masses of parts are given",
-                      "one of them");
+                      "Remove one of them");
   }
 }
 
@@ -160,12 +161,12 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
     object.screw = read_screw(reader);
     if (!object.screw) read_parts(reader, object);
     if (object.screw && (reader.has("shape") || reader.has("parts"))) {
-      diagnostics.error(Code::kConflict, pointer, "both a screw and shapes are given", "one of them");
+      diagnostics.error(Code::kConflict, pointer, "both a screw and shapes are given", "Remove one of them");
       read_parts(reader, object);
     }
   } else if (reader.has("shape") || reader.has("parts") || reader.has("screw")) {
     diagnostics.error(Code::kConflict, pointer, "both a model and shapes are given",
-                      "\"model\", or \"shape\" or \"parts\"");
+                      "Give \"model\", \"shape\" or \"parts\"");
     for (const char* key : {"parts", "screw", "shape", "size_m", "radius_m", "length_m", "inner_radius_m", "wall_m",
                             "floor_m", "chamfer_m", "inner_chamfer_m", "bores"})
       (void)reader.child(key);
@@ -187,7 +188,7 @@ ObjectEntry read_object(const std::string& name, const Json& json, const std::st
   object.damping_N_s_m = optional("damping_N_s_m", kNotNegative);
   if (object.damping_N_s_m && !object.stiffness_N_m) {
     diagnostics.error(Code::kMissing, pointer + "/damping_N_s_m", "'damping_N_s_m' without 'stiffness_N_m'",
-                      "both, or only 'stiffness_N_m', or a 'material'");
+                      "Give both, or only 'stiffness_N_m', or a 'material'");
   }
   object.lit_by = reader.text("lit_by", "");
   reader.finish();
@@ -206,7 +207,7 @@ CameraEntry read_camera(const std::string& name, const Json& json, const std::st
   if (camera.look_at && camera.look_at->in == camera.at.in &&
       (camera.look_at->X.translation() - camera.at.X.translation()).norm() < 1e-6) {
     diagnostics.error(Code::kInvalidValue, pointer + "/look_at", "the camera is at the point that it looks at",
-                      "another point");
+                      "Choose another point");
   }
   return camera;
 }
@@ -263,7 +264,7 @@ CollisionsEntry read_collisions(const Json& json, const std::string& pointer, Di
     CollisionsEntry::Allowed allowed{entry.texts("between"), entry.text("reason"), entry.pointer()};
     if (allowed.between.size() != 2) {
       diagnostics.error(Code::kWrongSize, entry.at("between"), fmt::format("{} names", allowed.between.size()),
-                        "two: devices, objects or bodies");
+                        "Name two devices, objects or bodies");
     } else {
       collisions.allow.push_back(std::move(allowed));
     }
@@ -280,7 +281,7 @@ void read_expectations(ObjectReader& reader, Description& description) {
     const std::string pointer = reader.at("expectations") + pointer_segment(i);
     if (!(*list)[i].is_object()) {
       reader.diagnostics().error(Code::kWrongType, pointer, "unexpected value " + short_dump((*list)[i]),
-                                 "an object {...}");
+                                 "Give an object {...}");
       continue;
     }
     Diagnostics unread;  // the fields of each kind are read, and reported, where the kind is known
@@ -330,7 +331,7 @@ void check_names(const Description& description, Diagnostics& diagnostics) {
     if (!names.insert(name).second) {
       diagnostics.error(Code::kDuplicate, place + pointer_segment(name),
                         fmt::format("the name '{}' is used twice in this cell", name),
-                        "frames, devices, objects and channels share one name space");
+                        "Choose another name: frames, devices, objects and channels share one name space");
     }
   };
   for (const auto& frame : description.frames) once(frame.name, "/frames");
@@ -363,7 +364,7 @@ Nanoseconds read_physics_step(ObjectReader& reader, Diagnostics& diagnostics) {
   const double step_ms = reader.number("physics_step_ms", 1.0);
   if (step_ms != 1.0 && step_ms != 0.5 && step_ms != 0.25) {
     diagnostics.error(Code::kOutOfRange, reader.at("physics_step_ms"), fmt::format("the step is {} ms", step_ms),
-                      "1, 0.5 or 0.25");
+                      "Choose 1, 0.5 or 0.25");
     return kMillisecond;
   }
   return static_cast<Nanoseconds>(step_ms * static_cast<double>(kMillisecond));
@@ -391,7 +392,7 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
     ObjectReader wholes(one, reader.at("composed"), diagnostics);
     description.composed.push_back({name, pointer, wholes.texts(name)});
     if (description.composed.back().parts.empty())
-      diagnostics.error(Code::kMissing, pointer, "no part is given", "at least one device");
+      diagnostics.error(Code::kMissing, pointer, "no part is given", "Name at least one device");
   });
   for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
     description.objects.push_back(read_object(name, json, pointer, diagnostics));
@@ -434,13 +435,14 @@ void apply(const Override& change, Json& document, Diagnostics& diagnostics) {
     const Json::json_pointer parent = pointer.parent_pointer();
     if (pointer.empty() || !document.contains(parent)) {
       diagnostics.error(Code::kUnknownName, change.pointer, "--set names an element that is not in the file",
-                        "the JSON pointer of an existing object");
+                        "Give the JSON pointer of an existing object");
       return;
     }
     const auto value = parse_json(change.value);
     document[pointer] = value ? *value : Json(change.value);
   } catch (const Json::exception&) {
-    diagnostics.error(Code::kMissing, change.pointer, "--set needs a JSON pointer", "/devices/arm/model=NAME");
+    diagnostics.error(Code::kMissing, change.pointer, "--set needs a JSON pointer",
+                      "Write it as in /devices/arm/model=NAME");
   }
 }
 

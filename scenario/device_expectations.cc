@@ -52,7 +52,8 @@ class SignalExpectation final : public Expectation {
       if (reader.has("is")) level_ = reader.boolean("is");
       if (reader.has("rises")) rises_ = reader.integer("rises", {}, kNotNegative);
       if (!level_ && !rises_)
-        reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is expected", "'is', 'rises' or both");
+        reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is expected",
+                                   "Give 'is', 'rises' or both");
     } else {
       lowest_ = reader.number("at_least", lowest_);
       highest_ = reader.number("at_most", highest_);

@@ -65,7 +65,7 @@ Diagnostics DeviceKindRegistration::check() const {
   if (name_.empty()) diagnostics.error(Code::kMissing, "", "a device kind has no name");
   if (DeviceKinds::global().find(name_)) {
     diagnostics.error(Code::kDuplicate, "", fmt::format("device kind '{}' is registered already", name_),
-                      "another name");
+                      "Choose another name");
   }
   return diagnostics;
 }

@@ -119,7 +119,7 @@ Diagnostics EmulationRun::add_emulators(const Site& site, LoadedDevices devices,
   }
   if (emulators_.empty() && !diagnostics.has_errors()) {
     diagnostics.error(Code::kRequires, "--backend", "no device has a driver on a wire, so there is nothing to emulate",
-                      "--backend arm=fri:127.0.0.1, or --site FILE");
+                      "Give --backend arm=fri:127.0.0.1, or --site FILE");
   }
   return diagnostics;
 }

@@ -37,7 +37,7 @@ EventPattern read_pattern(ObjectReader& reader, const StepNames& steps) {
                        .during = read_during(reader, steps)};
   if (pattern.source.empty() && pattern.name.empty() && pattern.text.empty())
     reader.diagnostics().error(Code::kMissing, reader.pointer(), "no event is named",
-                               "\"source\", \"event\" or \"text\": what 'takt events' prints");
+                               "Give \"source\", \"event\" or \"text\": what 'takt events' prints");
   return pattern;
 }
 
@@ -56,7 +56,7 @@ class EventExpectation final : public Expectation {
     most_ = reader.integer("at_most", most_, kNotNegative);
     if (reader.has("times") && (reader.has("at_least") || reader.has("at_most")))
       reader.diagnostics().error(Code::kConflict, reader.at("times"), "'times' beside 'at_least' or 'at_most'",
-                                 "one of them");
+                                 "Remove one of them");
     if (!reader.has("at_least") && reader.has("at_most")) least_ = 0;
     if (least_ > most_)
       reader.diagnostics().error(Code::kConflict, reader.at("at_least"),
@@ -121,7 +121,7 @@ class OrderExpectation final : public Expectation {
     }
     if (list != nullptr && events_.size() < 2)
       reader.diagnostics().error(Code::kWrongSize, reader.at("events"), fmt::format("{} events", events_.size()),
-                                 "two or more");
+                                 "Give two or more");
   }
 
   void happened(const LogEntry& entry) override {
@@ -173,7 +173,7 @@ class ContactsExpectation final : public Expectation {
       ObjectReader pair(one, reader.at("only"), reader.diagnostics());
       const auto both = pair.texts(number);
       if (both.size() != 2)
-        reader.diagnostics().error(Code::kWrongSize, pointer, fmt::format("{} names", both.size()), "two");
+        reader.diagnostics().error(Code::kWrongSize, pointer, fmt::format("{} names", both.size()), "Name two");
       for (std::size_t side = 0; side < both.size(); ++side)
         if (std::ranges::none_of(names, [&](const auto& name) { return record::matches(both[side], name); }))
           reader.diagnostics().error(Code::kUnknownName, pointer + pointer_segment(side),

@@ -46,7 +46,7 @@ class BetweenExpectation : public Expectation {
       : between_(reader.texts("between")), meant_(read_force_meant(reader)) {
     if (between_.size() != 2) {
       reader.diagnostics().error(Code::kWrongSize, reader.at("between"), fmt::format("{} names", between_.size()),
-                                 "exactly two");
+                                 "Name exactly two");
       return;
     }
     const auto watch = built.world->watch_contact(between_[0], between_[1]);
@@ -259,7 +259,7 @@ class MonitorExpectation final : public Expectation {
     at_most_ = reader.number("at_most", at_most_);
     if (!is_ && !reader.has("at_least") && !reader.has("at_most"))
       reader.diagnostics().error(Code::kMissing, reader.pointer(), "no bound is given",
-                                 "\"is\", \"at_least\" or \"at_most\"");
+                                 "Give \"is\", \"at_least\" or \"at_most\"");
     const auto net = built.cell.nets.find(net_);
     if (net != built.cell.nets.end()) check_monitor(*net->second, reader);
   }

@@ -56,7 +56,7 @@ void read_added(ObjectReader& reader, DeviceFault& wrong) {
   wrong.value = reader.number("value", 0.0);
   if (!reader.has("force_N") && !reader.has("torque_Nm") && !reader.has("value"))
     reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is added to the readings",
-                               "\"force_N\" or \"torque_Nm\"; of an input \"value\"");
+                               "Give \"force_N\" or \"torque_Nm\"; of an input \"value\"");
 }
 
 double read_input_value(ObjectReader& reader) {
@@ -102,11 +102,11 @@ void read_stop(ObjectReader& reader, FaultEntry& fault) {
       fault.kind == FaultKind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
   if (reader.has("brakes_after_s") && !delays)
     reader.diagnostics().error(Code::kConflict, reader.at("brakes_after_s"), "nothing waits here",
-                               "only with \"do\": \"emergency_stop\" of category 1");
+                               "Remove it, or set \"do\": \"emergency_stop\" and category 1");
   const bool of_the_cell = fault.kind == FaultKind::kEmergencyStop || fault.kind == FaultKind::kReset;
   if (of_the_cell && !fault.arm.empty())
     reader.diagnostics().error(Code::kConflict, reader.at("arm"), "an emergency stop concerns all arms",
-                               "no arm, or \"do\": \"stop\"");
+                               "Remove the arm, or set \"do\": \"stop\"");
 }
 
 FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
@@ -184,7 +184,7 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Diagno
                         nearest_choice(fault.arm, arms));
     if (fault.kind == FaultKind::kPush && built.world->body(fault.body) < 0)
       diagnostics.error(Code::kUnknownName, fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
-                        "DEVICE/LINK with a link of its model, or an object that moves");
+                        "Name DEVICE/LINK with a link of its model, or an object that moves");
     check_fault_point(fault, built, diagnostics);
     if (fault.kind == FaultKind::kToolChanger && !built.cell.changers.contains(fault.changer)) {
       std::vector<std::string> changers;
@@ -199,7 +199,7 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Diagno
   if (!pressed) return;
   if (built.core->environment().find(kLatchName) != nullptr)
     return diagnostics.error(Code::kDuplicate, "/faults", fmt::format("a device is called '{}'", kLatchName),
-                             "another name for it");
+                             "Choose another name for it");
   built.emergency_stop = &built.core->add(std::make_unique<device::EmergencyStop>(kLatchName));
   built.emergency_stop->set_healthy(true);
 }

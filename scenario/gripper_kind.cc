@@ -41,7 +41,7 @@ class GripperKind final : public DeviceKind {
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty()) {
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a gripper has no such joints",
-                        "\"settings\": start_width_m");
+                        "Give \"start_width_m\" in \"settings\"");
     }
     (void)start_width(device, diagnostics);
   }

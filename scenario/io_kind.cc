@@ -40,7 +40,7 @@ std::vector<sim::SimInputDescription::Step> read_script(ObjectReader& reader, co
     script.push_back({static_cast<Nanoseconds>(at * 1e9), read_value(step, channel.is_analog())});
     if (i > 0 && script[i].from < script[i - 1].from) {
       reader.diagnostics().error(Code::kOutOfRange, step.at("at_s"),
-                                 fmt::format("{:g} s, before the step before it", at), "ascending times");
+                                 fmt::format("{:g} s, before the step before it", at), "Give ascending times");
     }
     step.finish();
   }
@@ -52,12 +52,13 @@ void read_terminal(const Json& json, Diagnostics& diagnostics, Terminal& termina
   terminal.name = reader.text("name", terminal.channel->name);
   if (terminal.name.empty() || terminal.name.find('/') != std::string::npos)
     diagnostics.error(Code::kInvalidName, reader.at("name"), fmt::format("invalid name '{}'", terminal.name),
-                      "not empty, no '/'");
+                      "Choose a name that is not empty and has no '/'");
   if (!terminal.channel->is_output()) {
     terminal.source = reader.text("from", "");
     terminal.script = read_script(reader, *terminal.channel);
     if (!terminal.source.empty() && reader.has("script"))
-      diagnostics.error(Code::kConflict, terminal.pointer, "both 'from' and 'script' are given", "a wire, or a script");
+      diagnostics.error(Code::kConflict, terminal.pointer, "both 'from' and 'script' are given",
+                        "Give a wire, or a script");
   }
   reader.finish();
 }

@@ -41,7 +41,7 @@ std::vector<NetEntry> read_nets(Json& document, const std::filesystem::path& fol
   if (!document.is_object() || !document.contains("nets")) return entries;
   if (!document["nets"].is_object()) {
     diagnostics.error(Code::kSyntax, "/nets", short_dump(document["nets"]),
-                      "an object: name to net, or to the file of one");
+                      "Give an object: name to net, or to the file of one");
     return entries;
   }
   for (auto& [name, place] : document["nets"].items()) {

@@ -45,7 +45,7 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Diagnos
   if (reader.has("at_step")) {
     action.step = reader.text("at_step");
     if (action.step.empty())
-      diagnostics.error(Code::kMissing, reader.at("at_step"), "an empty name", "the name of a step");
+      diagnostics.error(Code::kMissing, reader.at("at_step"), "an empty name", "Give the name of a step");
     action.after_s = reader.number("after_s", 0.0, kTime);
   } else {
     action.after_s = reader.number("at_s", {}, kTime);
@@ -56,7 +56,7 @@ OperatorAction read_action(const Json& json, const std::string& pointer, Diagnos
     if (const Json* value = reader.child("value")) {
       action.value = value->dump();
     } else {
-      diagnostics.error(Code::kMissing, pointer, "key 'value' is missing", "what is written, or null");
+      diagnostics.error(Code::kMissing, pointer, "key 'value' is missing", "Give what is written, or null");
     }
   }
   reader.finish();
@@ -93,10 +93,11 @@ Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::Cont
     const device::Channel* channel = core.find_channel(action.channel);
     if (!channel) {
       diagnostics.error(Code::kUnknownName, action.pointer + "/channel",
-                        fmt::format("there is no channel '{}'", action.channel), "one of 'channels'");
+                        fmt::format("there is no channel '{}'", action.channel), "Name one of 'channels'");
     } else if (channel->description().writer != device::ChannelDescription::Writer::kOutside) {
       diagnostics.error(Code::kInvalidValue, action.pointer + "/channel",
-                        fmt::format("'{}' is written by nets", action.channel), "\"writer\": \"outside\"");
+                        fmt::format("'{}' is written by nets", action.channel),
+                        "Declare the channel with \"writer\": \"outside\"");
     } else if (const Json value = Json::parse(action.value); !value.is_null()) {
       (void)device::channel_value_from_json(value, channel->description().type, action.pointer + "/value", diagnostics);
     }
@@ -125,14 +126,14 @@ void Operator::before_cycle() {
     break_off(fmt::format("'{}' was pressed", button_->name()));
   const std::int64_t now = core_.cycle();
   // What is due in one cycle is done in the order of the file.
-  for (Due& due : due_) {
+  for (PendingCommand& due : due_) {
     if (due.cycle < 0 || due.cycle > now || due.action == nullptr) continue;
     act(*std::exchange(due.action, nullptr));
   }
 }
 
 void Operator::step_begun(std::string_view step) {
-  for (Due& due : due_) {
+  for (PendingCommand& due : due_) {
     if (due.action == nullptr || due.cycle >= 0 || due.action->step != step) continue;
     due.cycle = core_.cycle() + cycles(due.action->after_s);
   }

@@ -75,7 +75,7 @@ class Operator {
   [[nodiscard]] const std::string& broken_off() const { return broken_off_; }
 
  private:
-  struct Due {
+  struct PendingCommand {
     const OperatorAction* action;
     std::int64_t cycle;  ///< -1: not known yet, its step has not begun
   };
@@ -89,7 +89,7 @@ class Operator {
   const device::EmergencyStop* button_;
   OperatedProgram program_;
   Note note_;
-  std::vector<Due> due_;
+  std::vector<PendingCommand> due_;
   double override_;
   bool paused_ = false, cancelled_ = false;
   std::string broken_off_;

@@ -23,7 +23,7 @@ class RelativePoseExpectation final : public Expectation {
     for (const auto& [name, arm] : built.cell.arms) known.push_back(name);
     if (arms_.size() != 2 || arms_[0] == arms_[1]) {
       reader.diagnostics().error(Code::kWrongSize, reader.at("arms"), "not the names of two arms",
-                                 fmt::format("two of: {}", fmt::join(known, ", ")));
+                                 fmt::format("Name two of {}", fmt::join(known, ", ")));
       return;
     }
     for (std::size_t i = 0; i < arms_.size(); ++i) {

@@ -91,7 +91,7 @@ Result<std::optional<RecordedModels>> RecordedModels::unpack(const record::Recor
   if (names.empty()) return std::optional<RecordedModels>();
   if (bytes > kMostModels)
     return failure(Code::kTooLarge, "", fmt::format("the recorded models have {} bytes", bytes),
-                   fmt::format("at most {}", kMostModels));
+                   fmt::format("Keep it to at most {}", kMostModels));
   auto folder = TemporaryFolder::create();
   if (!folder) return std::unexpected(folder.error());
   for (const std::string& name : names) {

@@ -29,7 +29,7 @@ Result<Description> recorded_scenario(const record::Recording& recording, const 
                                       std::optional<std::uint64_t> other_seed) {
   const auto scenario = recording.attachment("scenario.json");
   if (!scenario)
-    return failure(Code::kMissing, {}, "there is no scenario in this recording", "one made by takt run --record");
+    return failure(Code::kMissing, {}, "there is no scenario in this recording", "Use one made by takt run --record");
   auto description = parse_description(*scenario, overrides, other_seed);
   if (!description || other_seed) return description;
   const auto text = run_metadata(recording, "seed");
@@ -37,7 +37,7 @@ Result<Description> recorded_scenario(const record::Recording& recording, const 
   const auto seed = parse_seed(*text);
   if (!seed) {
     return failure(Code::kOutOfRange, {}, fmt::format("the recorded seed {} is not a number", short_dump(*text)),
-                   "a whole number from 0 to 18446744073709551615");
+                   "Give a whole number from 0 to 18446744073709551615");
   }
   description->seed = *seed;
   return description;

@@ -162,9 +162,9 @@ class ReplayFilm {
   [[nodiscard]] Result<sim::FilmReport> make(const Description& description, const BuiltCell& built) {
     while (first_ < states_.time.size() && to_seconds(states_.time[first_]) < options_.from) ++first_;
     if (first_ == states_.time.size() || to_seconds(states_.time[first_]) > options_.to)
-      return failure(Code::kOutOfRange, "--from",
-                     fmt::format("no state from {:g} to {:g} s", options_.from, options_.to),
-                     fmt::format("the recording ends at {:g} s", to_seconds(states_.time.back())));
+      return failure(
+          Code::kOutOfRange, "--from", fmt::format("no state from {:g} to {:g} s", options_.from, options_.to),
+          fmt::format("Choose times within the recording, which ends at {:g} s", to_seconds(states_.time.back())));
     auto film = sim::Film::open(built.world->model(), film_options(description));
     if (!film) return std::unexpected(with_option_names(film.error()));
     for (std::size_t row = 0; row < states_.time.size() && to_seconds(states_.time[row]) <= options_.to; ++row)
@@ -250,10 +250,10 @@ Diagnostics check_options(const ReplayOptions& options) {
   Diagnostics diagnostics;
   if (options.fps < 1 || options.fps > sim::kMostFps)
     diagnostics.error(Code::kOutOfRange, "--fps", fmt::format("{} pictures per second", options.fps),
-                      fmt::format("1 to {}", sim::kMostFps));
+                      fmt::format("Choose 1 to {}", sim::kMostFps));
   if (options.to < options.from)
     diagnostics.error(Code::kOutOfRange, "--to", fmt::format("{:g} s is before {:g} s", options.to, options.from),
-                      "a time after --from");
+                      "Give a time after --from");
   FilmShow show;
   if (options.show) choose_marks(*options.show, "--show", show, diagnostics);
   return diagnostics;

@@ -46,9 +46,10 @@ Result<std::int64_t> whole_cycles(const record::Recording& recording) {
     if (digest.cycle == expected) continue;
     return failure(Code::kIncompatible, {},
                    fmt::format("the recording has cycle {} where cycle {} should be", digest.cycle, expected),
-                   "one with all cycles from the first on, made without --record-last");
+                   "Use one with all cycles from the first on, made without --record-last");
   }
-  if (expected == 0) return failure(Code::kMissing, {}, "there are no cycles in this recording", "one of a run");
+  if (expected == 0)
+    return failure(Code::kMissing, {}, "there are no cycles in this recording", "Use the recording of a run");
   return static_cast<std::int64_t>(expected);
 }
 

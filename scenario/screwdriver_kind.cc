@@ -76,7 +76,7 @@ class ScrewdriverKind final : public DeviceKind {
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
     if (!device.entry->start_rad.empty()) {
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a screwdriver has no such joints",
-                        "\"settings\": bit");
+                        "Give \"bit\" in \"settings\"");
     }
     (void)bit_radius(device, diagnostics);
   }

@@ -154,8 +154,9 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   }
   if (diagnostics.has_errors()) return refuse(std::move(diagnostics));
   if (built.triangles > sim::kTriangleBudget) {
-    warnings.warning(Code::kTooLarge, "", fmt::format("{} triangles in the scene", built.triangles),
-                     fmt::format("at most {}, or the film is slower than its time", sim::kTriangleBudget));
+    warnings.warning(
+        Code::kTooLarge, "", fmt::format("{} triangles in the scene", built.triangles),
+        fmt::format("Keep it to {} at most, or the film is drawn slower than its time passes", sim::kTriangleBudget));
   }
   read.append(warnings);
   read.append(diagnostics);

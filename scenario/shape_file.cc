@@ -63,7 +63,8 @@ std::vector<Part> read_tube(ObjectReader& reader) {
   tube.chamfer = reader.number("chamfer_m", 0.0, kNotNegative);
   if (bore.radius >= radius) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at("inner_radius_m"),
-                               fmt::format("{:g} m inside {:g} m", bore.radius, radius), "less than 'radius_m'");
+                               fmt::format("{:g} m inside {:g} m", bore.radius, radius),
+                               "Make it less than 'radius_m'");
   }
   tube.bores.push_back(std::move(bore));
   return {std::move(tube)};
@@ -77,7 +78,7 @@ std::vector<Part> read_container(ObjectReader& reader) {
   std::vector<Part> parts;
   if (2.0 * wall >= std::min(size.x(), size.y()) || floor >= size.z()) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at("wall_m"), "walls and floor leave no room",
-                               "less than half the width; a floor lower than the walls");
+                               "Make walls thinner than half the width, and the floor lower than the walls");
     return parts;
   }
   add(parts, {.shape = world::Box{{size.x(), size.y(), floor}}}, {0.0, 0.0, 0.5 * (floor - size.z())});
@@ -163,10 +164,11 @@ ShapeList read_shapes(ObjectReader& reader) {
   }
   if (heavy > 0 && heavy != entries->size()) {
     reader.diagnostics().error(Code::kWrongSize, reader.at("parts"),
-                               fmt::format("{} of {} parts have a mass", heavy, entries->size()), "all or none");
+                               fmt::format("{} of {} parts have a mass", heavy, entries->size()),
+                               "Give all of them one, or none");
   }
   if (entries->empty())
-    reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part is given", "at least one shape");
+    reader.diagnostics().error(Code::kMissing, reader.at("parts"), "no part is given", "Give at least one shape");
   return list;
 }
 

@@ -52,7 +52,7 @@ emulation::SlowOptions read_slow(ObjectReader& reader) {
   slow.cycle = milliseconds(reader.number("cycle_ms", 0.0, {.low = 0.0, .high = kCycleMaxMs}));
   if (slow.cycle > 0 && slow.cycle < kMillisecond) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at("cycle_ms"), "a device faster than the core's cycle",
-                               "1 to 100");
+                               "Choose 1 to 100");
   }
   slow.clock_offset = milliseconds(reader.number("offset_ms", 12'345.678, {.low = -1e9, .high = 1e9}));
   slow.drift = 1e-6 * reader.number("drift_ppm", 100.0, {.low = -500.0, .high = 500.0});
@@ -112,7 +112,7 @@ void add_setting(std::string_view part, Json& settings, Diagnostics& diagnostics
   const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
   if (error != std::errc() || !std::isfinite(value) || unit != known->unit) {
     return diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("'{}' is no {}", text, word),
-                             fmt::format("a number with the unit '{}'", known->unit));
+                             fmt::format("Give a number with the unit '{}'", known->unit));
   }
   value *= known->factor;
   if (std::string_view(known->unit).empty()) {
@@ -212,7 +212,7 @@ Diagnostics bind(Site& site, std::string_view argument) {
   const std::size_t equals = argument.find('=');
   if (equals == argument.npos || equals == 0) {
     diagnostics.error(Code::kInvalidValue, "--backend", fmt::format("'{}' is not NAME=KIND[:ADDR]", argument),
-                      "--backend arm=slow:8ms");
+                      "Write it as in --backend arm=slow:8ms");
     return diagnostics;
   }
   const std::string_view target = argument.substr(equals + 1);

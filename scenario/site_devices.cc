@@ -363,18 +363,18 @@ std::string SiteDevices::kind_of(const std::string& device) const {
   return binding ? binding->kind : "sim";
 }
 
-std::map<std::string, device::Reality> SiteDevices::realities() const {
-  std::map<std::string, device::Reality> realities;
+std::map<std::string, device::BackendMode> SiteDevices::realities() const {
+  std::map<std::string, device::BackendMode> realities;
   for (const std::string& name : names_) {
     const Binding* binding = site_.find(name);
     if (binding && binding->kind == kTerminals) binding = site_.find(binding->of);
-    realities[name] = binding && binding->driver ? binding->driver->reality() : device::Reality::kSimulated;
+    realities[name] = binding && binding->driver ? binding->driver->reality() : device::BackendMode::kSimulated;
   }
   return realities;
 }
 
 double SiteDevices::speed_override() const {
-  const auto moves = [](const auto& device) { return device.second == device::Reality::kHardware; };
+  const auto moves = [](const auto& device) { return device.second == device::BackendMode::kHardware; };
   return site_.speed_override.value_or(std::ranges::any_of(realities(), moves) ? kFirstSpeed : 1.0);
 }
 

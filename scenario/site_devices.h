@@ -80,7 +80,7 @@ class SiteDevices {
   [[nodiscard]] std::string kind_of(const std::string& device) const;
 
   /// Of every device of the cell, by its name.
-  [[nodiscard]] std::map<std::string, device::Reality> realities() const;
+  [[nodiscard]] std::map<std::string, device::BackendMode> realities() const;
   /// Share of the planned speed with which a run begins (docs/hardware.md).
   [[nodiscard]] double speed_override() const;
   /// The drivers of arms, by the names of these.

@@ -48,7 +48,7 @@ DeviceTiming timing_of(const std::string& name, const BuiltCell& built, const de
 
 }  // namespace
 
-std::string to_text(const std::map<std::string, device::Reality>& realities) {
+std::string to_text(const std::map<std::string, device::BackendMode>& realities) {
   std::string text;
   for (const auto& [name, reality] : realities)
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, device::name_of(reality));

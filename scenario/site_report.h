@@ -46,13 +46,13 @@ struct SiteReport {
   std::optional<MasterReport> master;  ///< nothing: the machine's clock paces the core
   std::vector<SiteReaction> reactions;
   /// What is on the other end, for every device of the cell.
-  std::map<std::string, device::Reality> realities;
+  std::map<std::string, device::BackendMode> realities;
   /// Between the arms, or of one arm against itself: how far apart set points of one cycle arrived (row T1).
   Nanoseconds skew = 0;
 };
 
 /// "arm EMULATED, wrist SIM".
-[[nodiscard]] std::string to_text(const std::map<std::string, device::Reality>& realities);
+[[nodiscard]] std::string to_text(const std::map<std::string, device::BackendMode>& realities);
 
 /// Watches the devices of a cell during a run.
 class SiteWatch {

@@ -64,7 +64,7 @@ BitDifference difference_in(const DumpedBlock& a, const DumpedBlock& b, std::siz
 }
 
 /// A scenario that is run again up to a cycle.
-struct Again {
+struct Resimulated {
   std::vector<DumpedBlock> blocks;
   bool reached = false;
   std::uint64_t digest = 0;
@@ -76,17 +76,18 @@ Result<std::unique_ptr<Session>> session_of(const record::Recording& recording, 
   return Session::create(std::move(*description), models);
 }
 
-Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle, const device::ModelLibrary& models) {
+Result<Resimulated> run_again(const record::Recording& recording, std::uint64_t cycle,
+                              const device::ModelLibrary& models) {
   // Cycles are numbered from 0 and have a digest each: running again costs no more than the recorded run did.
   const std::size_t digests = recording.rows(recording.digest_topic());
   if (cycle >= digests) {
     return failure(Code::kIncompatible, {},
                    fmt::format("the recording names cycle {} and has {} digests", cycle, digests),
-                   "a recording with all of its cycles");
+                   "Use a recording with all of its cycles");
   }
   auto session = session_of(recording, models);
   if (!session) return std::unexpected(std::move(session.error()));
-  Again again;
+  Resimulated again;
   RunOptions options;
   options.measure_times = false;
   options.repeat = false;
@@ -103,8 +104,8 @@ Result<Again> run_again(const record::Recording& recording, std::uint64_t cycle,
   return again;
 }
 
-Result<Again> run_with_its_models(const record::Recording& recording, std::uint64_t cycle,
-                                  const device::ModelLibrary& otherwise) {
+Result<Resimulated> run_with_its_models(const record::Recording& recording, std::uint64_t cycle,
+                                        const device::ModelLibrary& otherwise) {
   const auto recorded = RecordedModels::unpack(recording);
   if (!recorded) return std::unexpected(recorded.error());
   return run_again(recording, cycle, *recorded ? (*recorded)->library() : otherwise);
@@ -118,12 +119,12 @@ std::optional<std::uint64_t> recorded_digest(const record::Recording& recording,
   return std::nullopt;
 }
 
-void check_repeats(const record::Recording& recording, const Again& again, std::uint64_t cycle, const char* side,
+void check_repeats(const record::Recording& recording, const Resimulated& again, std::uint64_t cycle, const char* side,
                    Diagnostics& diagnostics) {
   if (again.reached && recorded_digest(recording, cycle) == again.digest) return;
   diagnostics.error(Code::kIncompatible, side,
                     fmt::format("run again, this scenario is not the recorded run in cycle {}", cycle),
-                    "the build and the back ends that it was recorded with, and no interference");
+                    "Use the build and the back ends that it was recorded with, without interference");
 }
 
 }  // namespace

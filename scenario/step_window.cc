@@ -92,7 +92,7 @@ TimeSpan read_span(ObjectReader& reader) {
 std::string read_during(ObjectReader& reader, const StepNames& steps) {
   std::string name = reader.text("during", "");
   if (reader.has("during") && name.empty())
-    reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "the name of a step");
+    reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "Give the name of a step");
   if (!steps) return name;
   for (const std::string_view part : unknown_parts(name, *steps))
     reader.diagnostics().error(Code::kUnknownName, reader.at("during"), fmt::format("there is no step '{}'", part),

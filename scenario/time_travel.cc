@@ -305,7 +305,7 @@ Result<nlohmann::ordered_json> TimeTravel::ask(const Question& question) {
     return ask({.cycle = impl_->cycles, .ports = question.ports, .why = question.why});
   }
   return failure(Code::kInternal, {}, fmt::format("the process that was to tell of cycle {} is gone", question.cycle),
-                 "enough memory and processes");
+                 "Provide enough memory and processes");
 }
 
 }  // namespace takt::scenario

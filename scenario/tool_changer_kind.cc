@@ -141,16 +141,17 @@ class ToolSideKind final : public DeviceKind {
     if (!device.on) return;
     if (!device.entry->mount.isApprox(Eigen::Isometry3d::Identity()))
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/mount", "a tool side is where its changer locks it",
-                        "no 'mount'");
+                        "Remove 'mount'");
     const auto changer = device.on->as<ToolChangerDescription>();
     const std::string& size = device.as<ToolSideDescription>()->size;
     if (!changer)
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/on",
-                        fmt::format("'{}' is no tool changer", device.entry->on), "a tool changer, or \"at\": a dock");
+                        fmt::format("'{}' is no tool changer", device.entry->on),
+                        "Name a tool changer, or give \"at\": a dock");
     if (changer && changer->size != size)
       diagnostics.error(Code::kIncompatible, device.pointer() + "/on",
                         fmt::format("a tool side of size '{}' on a changer of size '{}'", size, changer->size),
-                        "two halves of the same size");
+                        "Use two halves of the same size");
   }
 
   /// A body of its own, wherever it is: a lock holds it, or it lies there.

@@ -39,7 +39,7 @@ Band read_band(ObjectReader& reader, const char* least, const char* most) {
   if (band.low > band.high)
     reader.diagnostics().error(Code::kConflict, reader.at(least),
                                fmt::format("{:g} is above {:g}, the upper bound", band.low, band.high),
-                               "the lower bound first");
+                               "Give the lower bound first");
   return band;
 }
 
@@ -54,10 +54,10 @@ class ValueExpectation final : public Expectation {
         share_(reader.number("share", 1.0, {.low = 0.0, .high = 1.0, .low_open = true})) {
     if (!band_.given() && !mean_.given())
       reader.diagnostics().error(Code::kMissing, reader.pointer(), "no bound is given",
-                                 "\"at_least\", \"at_most\", \"mean_at_least\" or \"mean_at_most\"");
+                                 "Give \"at_least\", \"at_most\", \"mean_at_least\" or \"mean_at_most\"");
     if (reader.has("share") && !band_.given())
       reader.diagnostics().error(Code::kRequires, reader.at("share"), "a share of the time without bounds",
-                                 "\"at_least\" or \"at_most\"");
+                                 "Give \"at_least\" or \"at_most\"");
     read_value(reader, built);
   }
 
@@ -70,9 +70,9 @@ class ValueExpectation final : public Expectation {
     if (!during_.inside() || !span_.contains(clock_.at(built.core->time() - built.core->period()))) return;
     ++cycles_;
     Diagnostics wrong;
-    EvalContext sight = context(EvalContext::Mode::kRun, built);
-    sight.readers = &readers_;
-    const Value value = value_.value(sight, wrong);
+    EvalContext eval_context = context(EvalContext::Mode::kRun, built);
+    eval_context.readers = &readers_;
+    const Value value = value_.value(eval_context, wrong);
     if (value.null() || wrong.has_errors() || !std::isfinite(value.number())) {
       if (begun_ || known_ > 0) ++unknown_;
       return;
@@ -121,7 +121,7 @@ class ValueExpectation final : public Expectation {
     if (text_.empty()) return;
     if (!text_.starts_with("$")) {
       reader.diagnostics().error(Code::kInvalidValue, reader.at("value"), fmt::format("'{}' is no expression", text_),
-                                 "\"$force('wrist')\": see docs/programs.md, expressions");
+                                 "Write it as in \"$force('wrist')\": see docs/programs.md, expressions");
       return;
     }
     Diagnostics wrong;
@@ -129,7 +129,7 @@ class ValueExpectation final : public Expectation {
     const Value checked = wrong.has_errors() ? Value() : value_.value(context(EvalContext::Mode::kCheck, built), wrong);
     if (!wrong.has_errors() && !checked.type.is(Type::Kind::kNumber))
       wrong.error(Code::kTypeMismatch, reader.at("value"), fmt::format("this is a {}", to_string(checked.type)),
-                  "a number");
+                  "Give a number");
     if (const std::string unit = net::to_string(checked.type.unit); unit != "1" && !unit.empty()) unit_ = " " + unit;
     reader.diagnostics().append(wrong);
     text_.erase(0, 1);

@@ -32,7 +32,7 @@ Result<ArmPlant> arm_plant(const mjModel& model, const mjData& data, const World
         &arm.control.protective_torque, &arm.measurement.torque_noise, &arm.measurement.torque_bias}) {
     if (given->size() == 0 || given->size() == n) continue;
     wrong_sizes.error(Code::kWrongSize, at, fmt::format("{} figures for {} joints", given->size(), n),
-                      "one for each joint, or none");
+                      "Give one for each joint, or none");
   }
   if (wrong_sizes.has_errors()) return std::unexpected(std::move(wrong_sizes));
   ArmPlant plant{.chain = std::move(*chain)};

@@ -56,7 +56,7 @@ class Checker {
     if (p.timestep <= 0 || p.period <= 0 || p.period % p.timestep != 0) {
       error(Code::kOutOfRange, at,
             fmt::format("a period of {} ns does not hold whole physics steps of {} ns", p.period, p.timestep),
-            "both > 0, the period a whole multiple of the timestep");
+            "Make both > 0, and the period a whole multiple of the timestep");
     }
     require(p.gravity.allFinite(), at, "gravity", p.gravity.norm(), "finite, m/s^2");
     require(p.plant_mass_scale > 0.0 && std::isfinite(p.plant_mass_scale), at, "plant_mass_scale", p.plant_mass_scale,
@@ -67,7 +67,8 @@ class Checker {
   void name(std::set<std::string>& taken, const std::string& at, const std::string& given, bool slash_allowed) {
     if (given.empty()) error(Code::kMissing, at, "the name is empty");
     if (!slash_allowed && given.find('/') != std::string::npos) {
-      error(Code::kInvalidName, at, fmt::format("the name '{}' holds a '/'", given), "'/' separates robot and link");
+      error(Code::kInvalidName, at, fmt::format("the name '{}' holds a '/'", given),
+            "Leave out '/', which separates robot and link");
     }
     if (!given.empty() && !taken.insert(given).second)
       error(Code::kDuplicate, at, fmt::format("the name '{}' is taken", given));
@@ -149,7 +150,7 @@ class Checker {
     contact(at, object.contact);
     if (object.free && !object.mount.parent.empty()) {
       error(Code::kConflict, at, fmt::format("a free object cannot have the parent '{}'", object.mount.parent),
-            "free or mounted");
+            "Make it free, or mount it");
     }
     if (object.inertial) check(at, *object.inertial);
     if (object.free && !object.inertial)
@@ -168,20 +169,20 @@ class Checker {
     }
     if (object.free && has_mesh && object.shapes.size() > 1) {
       error(Code::kConflict, at, "a free object of a mesh and other shapes: its mass cannot be spread",
-            "one mesh, or no mesh");
+            "Make it of one mesh, or of no mesh");
     }
   }
 
   void check(const std::string& at, const ObjectDescription& object, const ScrewDescription& screw) {
-    if (!object.free) error(Code::kConflict, at, "a screw that is fixed", "free: it is caught by a thread");
+    if (!object.free) error(Code::kConflict, at, "a screw that is fixed", "Make it free: it is caught by a thread");
     if (screw.shank >= object.shapes.size() ||
         !std::holds_alternative<kinematics::Cylinder>(object.shapes[screw.shank].shape)) {
-      error(Code::kInvalidValue, at, "the shank of the screw is no cylinder", "the number of one of its shapes");
+      error(Code::kInvalidValue, at, "the shank of the screw is no cylinder", "Give the number of one of its shapes");
     }
     const ThreadFigures& thread = screw.thread;
     const bool sizes = thread.pitch > 0.0 && thread.pitch_diameter > 0.0 && thread.pitch < thread.major;
     if (!sizes || thread.run_down < 0.0 || thread.friction < 0.0)
-      error(Code::kOutOfRange, at, fmt::format("figures of the thread '{}'", thread.size), "0 < pitch < major");
+      error(Code::kOutOfRange, at, fmt::format("figures of the thread '{}'", thread.size), "Keep 0 < pitch < major");
   }
 
   /// A threaded bore has to hold a turn of the screws that may come into it.
@@ -199,7 +200,7 @@ class Checker {
       if (threaded <= 0.0 || threaded >= pitch) continue;  // without a wall it has been reported
       error(Code::kOutOfRange, at + "/bores" + pointer_segment(i),
             fmt::format("a thread of {:.4g} m without its chamfer", threaded),
-            fmt::format("a turn of '{}' at least, {} m", part.bores[i].thread, pitch));
+            fmt::format("Make it one turn of '{}' at least, {} m", part.bores[i].thread, pitch));
     }
   }
 
@@ -277,7 +278,7 @@ class Checker {
     const bool whole = period > 0 && world_.physics.period > 0 && period % world_.physics.period == 0;
     if (whole) return;
     error(Code::kOutOfRange, at, fmt::format("a sensor period of {} ns", period),
-          fmt::format("a whole multiple of the cycle, {} ns", world_.physics.period));
+          fmt::format("Choose a whole multiple of the cycle, {} ns", world_.physics.period));
   }
 
   void check(const SimGripperDescription& gripper) {

@@ -73,10 +73,11 @@ Result<CameraView> resolve_camera(const mjModel* model, const FilmOptions& optio
 void check_size(const RenderOptions& render, Diagnostics& diagnostics) {
   const auto check = [&](const char* pointer, int value) {
     if (value < 64 || value > 4096) {
-      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} pixels are out of range", value), "64 to 4096");
+      diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} pixels are out of range", value),
+                        "Choose 64 to 4096");
     } else if (value % 2 != 0) {
       diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is odd, and video needs even sizes", value),
-                        fmt::format("{} or {}", value - 1, value + 1));
+                        fmt::format("Choose {} or {}", value - 1, value + 1));
     }
   };
   check("/render/width", render.width);
@@ -88,7 +89,7 @@ void check_size(const RenderOptions& render, Diagnostics& diagnostics) {
 void check_path(const std::filesystem::path& path, Diagnostics& diagnostics) {
   if (path.extension() != ".mp4") {
     diagnostics.error(Code::kInvalidValue, "/path", fmt::format("'{}' does not end in .mp4", path.string()),
-                      "films are MP4 files");
+                      "Name an .mp4 file");
     return;
   }
   // A FIFO without a reader would wait for one for ever.
@@ -113,7 +114,7 @@ void check_cameras(const mjModel* model, const FilmOptions& options, Diagnostics
     check(options.cuts[i].camera, pointer + "/camera");
     if (i > 0 && options.cuts[i].from < options.cuts[i - 1].from)
       diagnostics.error(Code::kOutOfRange, pointer + "/from", "is earlier than the cut before it",
-                        "cuts are sorted by time");
+                        "Sort the cuts by time");
   }
   if (!options.inset_camera.empty()) check(options.inset_camera, "/inset_camera");
 }
@@ -126,7 +127,7 @@ Diagnostics check_film(const mjModel_* model, const FilmOptions& options) {
   const auto in_range = [&](const char* pointer, int value, int low, int high) {
     if (value < low || value > high)
       diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is out of range", value),
-                        fmt::format("{} to {}", low, high));
+                        fmt::format("Choose {} to {}", low, high));
   };
   in_range("/fps", options.fps, 1, kMostFps);
   in_range("/workers", options.workers, 1, 16);

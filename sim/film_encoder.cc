@@ -145,7 +145,7 @@ Result<FilmEncoder> FilmEncoder::start(const std::string& program, const std::fi
   }
   encoder.process_ = -1;
   return failure(Code::kSystem, "/ffmpeg", fmt::format("cannot start '{}': {}", program, std::strerror(error)),
-                 "install ffmpeg, or run without --video");
+                 "Install ffmpeg, or run without --video");
 }
 
 FilmEncoder::FilmEncoder(FilmEncoder&& other) noexcept { *this = std::move(other); }

@@ -10,12 +10,12 @@ namespace {
 
 using device::GripperState;
 
-constexpr double kFrequency = 100.0;     // rad/s of the width's position loop: a tenth of what a 1 ms step carries
-constexpr double kAtGoal = 3e-4;         // m: nearer than this the goal is reached
-constexpr double kFingersAtRest = 2e-3;  // m/s
-constexpr double kStallTime = 0.03;      // s: longer than the start of any motion takes to pass kFingersAtRest
-constexpr double kLostWay = 1.5e-3;      // m: farther than pads give way
-constexpr double kOpenSpeed = 1e-6;      // m/s: below it a profile has arrived
+constexpr double kFrequency = 100.0;          // rad/s of the width's position loop: a tenth of what a 1 ms step carries
+constexpr double kAtGoal = 3e-4;              // m: nearer than this the goal is reached
+constexpr double kFingersAtRest = 2e-3;       // m/s
+constexpr double kStallTime = 0.03;           // s: longer than the start of any motion takes to pass kFingersAtRest
+constexpr double kPartLostDistance = 1.5e-3;  // m: farther than pads give way
+constexpr double kOpenSpeed = 1e-6;           // m/s: below it a profile has arrived
 
 double sign_of(double x) { return x < 0.0 ? -1.0 : 1.0; }
 
@@ -31,7 +31,7 @@ void SimGripper::write(const device::GripperSetPoint& set_point) {
   // Another force on the same part: it is still held, and what happens to it now is its loss.
   const bool presses_on = state_ == GripperState::kHolding &&
                           (set_point.width - held_width_) * (command_.width - held_width_) > 0.0 &&
-                          std::abs(set_point.width - held_width_) > kLostWay;
+                          std::abs(set_point.width - held_width_) > kPartLostDistance;
   command_ = set_point;
   commanded_ = true;
   if (presses_on) return;
@@ -80,7 +80,7 @@ void SimGripper::watch(double duration) {
   const double to_go = command_.width - width_;
   const bool at_goal = std::abs(to_go) < kAtGoal;
   if (state_ == GripperState::kHolding) {
-    if ((width_ - held_width_) * sign_of(command_.width - held_width_) < kLostWay) return;
+    if ((width_ - held_width_) * sign_of(command_.width - held_width_) < kPartLostDistance) return;
     state_ = GripperState::kLost;
     width_reference_ = width_;
     speed_reference_ = speed_;

@@ -106,7 +106,7 @@ Result<Font> Font::open(Weight weight, int pixels) {
   const std::string file = weight == Weight::kBold ? "DejaVuSans-Bold.ttf" : "DejaVuSans.ttf";
   const std::string path = find_font(file);
   if (path.empty())
-    return failure(Code::kNotFound, "", fmt::format("the font {} is missing", file), "install fonts-dejavu-core");
+    return failure(Code::kNotFound, "", fmt::format("the font {} is missing", file), "Install fonts-dejavu-core");
   Font font;
   font.face_.reset(new Face);
   font.face_->pixels = std::max(6, pixels);
@@ -114,7 +114,7 @@ Result<Font> Font::open(Weight weight, int pixels) {
   font.face_->others.insert(font.face_->others.end(), kOtherFonts.begin(), kOtherFonts.end());
   if (FT_Init_FreeType(&font.face_->library) != 0 || !font.face_->open(path))
     return failure(Code::kFileNotReadable, "", fmt::format("the font {} cannot be read", file),
-                   "reinstall fonts-dejavu-core");
+                   "Reinstall fonts-dejavu-core");
   return font;
 }
 

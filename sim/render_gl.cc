@@ -74,7 +74,7 @@ Result<GlContext> GlContext::create() {
   constexpr unsigned kThreads = 5;  // of the rasteriser at most, and one of the driver
   if (!can_have_threads(kThreads))
     return failure(Code::kSystem, "", fmt::format("no threads to draw with: {} are needed", kThreads),
-                   "a higher limit of processes (ulimit -u)");
+                   "Raise the limit of processes (ulimit -u)");
   constexpr std::array kAttributes = {OSMESA_FORMAT,
                                       OSMESA_RGBA,
                                       OSMESA_DEPTH_BITS,
@@ -90,11 +90,11 @@ Result<GlContext> GlContext::create() {
   made.context_ = OSMesaCreateContextAttribs(kAttributes.data(), nullptr);
   if (made.context_ == nullptr) {
     return failure(Code::kSystem, "", "OSMesa gives no OpenGL 3.3 core context",
-                   "install libosmesa6; unset GALLIUM_DRIVER");
+                   "Install libosmesa6, and unset GALLIUM_DRIVER");
   }
   made.pixels_ = std::make_unique<std::uint32_t[]>(kDummySide * kDummySide);
   if (!made.make_current())
-    return failure(Code::kSystem, "", "the OSMesa context cannot be made current", "install libosmesa6");
+    return failure(Code::kSystem, "", "the OSMesa context cannot be made current", "Install libosmesa6");
   return made;
 }
 

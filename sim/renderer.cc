@@ -39,7 +39,7 @@ Diagnostics check(const RenderOptions& options) {
   const auto in_range = [&](const char* pointer, int value, int low, int high) {
     if (value < low || value > high)
       diagnostics.error(Code::kOutOfRange, pointer, fmt::format("{} is out of range", value),
-                        fmt::format("{} to {}", low, high));
+                        fmt::format("Choose {} to {}", low, high));
   };
   in_range("/width", options.width, 16, kLargestSide);
   in_range("/height", options.height, 16, kLargestSide);
@@ -109,7 +109,7 @@ class Renderer::Impl {
     shadow_program_ = *shadow;
     sky_program_ = *sky;
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE || glGetError() != GL_NO_ERROR)
-      return failure(Code::kSystem, "", "OpenGL has no memory for the picture", "choose a smaller size or shadow map");
+      return failure(Code::kSystem, "", "OpenGL has no memory for the picture", "Choose a smaller size or shadow map");
     return {};
   }
 
@@ -133,7 +133,7 @@ class Renderer::Impl {
     if (data_ == nullptr) return failure(Code::kNotPossibleNow, "", "no state to draw: call set_state first");
     if (width < 16 || height < 16 || width > options_.width || height > options_.height)
       return failure(Code::kOutOfRange, "", fmt::format("cannot draw {}x{} pixels", width, height),
-                     fmt::format("16x16 to {}x{}", options_.width, options_.height));
+                     fmt::format("Choose 16x16 to {}x{}", options_.width, options_.height));
     const auto* index = std::get_if<int>(&camera);
     if (index != nullptr && (*index < 0 || *index >= model_->ncam))
       return failure(Code::kUnknownName, "", fmt::format("the model has no camera {}", *index));

@@ -47,7 +47,8 @@ void check_bore(const ObjectGeometry& part, const Eigen::Vector3d& half, const w
   };
   const auto positive = [&](std::string_view what, double value, bool zero) {
     if (value > 0.0 || (zero && value == 0.0)) return true;
-    diagnostics.error(Code::kOutOfRange, at, fmt::format("{} is {}", what, value), zero ? ">= 0 m" : "> 0 m");
+    diagnostics.error(Code::kOutOfRange, at, fmt::format("{} is {}", what, value),
+                      zero ? "Give 0 m or more" : "Give more than 0 m");
     return false;
   };
   const bool sizes = positive("the radius of the bore", bore.radius, false) & positive("its depth", bore.depth, false) &
@@ -68,11 +69,11 @@ void check_bore(const ObjectGeometry& part, const Eigen::Vector3d& half, const w
   const double thickness = 2.0 * half[axis], mouths = bore.chamfer * (bore.through() ? 2.0 : 1.0);
   if (!bore.through() && bore.depth >= thickness) {
     diagnostics.error(Code::kOutOfRange, at, fmt::format("a depth of {} m in {} m of material", bore.depth, thickness),
-                      "less, or no depth: then the bore goes through");
+                      "Make it less, or leave the depth out: then the bore goes through");
   }
   if (mouths >= std::min(bore.depth, thickness)) {
     diagnostics.error(Code::kOutOfRange, at, fmt::format("the chamfer of {} m leaves no wall", bore.chamfer),
-                      "less than the length of the bore");
+                      "Make it less than the length of the bore");
   }
 }
 
@@ -85,11 +86,11 @@ void check_solid(const ObjectGeometry& part, const std::string& at, Diagnostics&
     const double most = cylinder ? std::min(cylinder->radius, 0.5 * cylinder->length) : 0.0;
     if (!(part.chamfer > 0.0 && part.chamfer < most)) {
       diagnostics.error(Code::kOutOfRange, at, fmt::format("a chamfer of {} m", part.chamfer),
-                        fmt::format("of a cylinder only, 0 to {} m", most));
+                        fmt::format("Give a chamfer to cylinders only, 0 to {} m", most));
     }
   }
   if (!part.bores.empty() && !half)
-    return diagnostics.error(Code::kUnsupported, at, "a bore in this shape", "a box or a cylinder");
+    return diagnostics.error(Code::kUnsupported, at, "a bore in this shape", "Drill a box or a cylinder");
   for (std::size_t i = 0; i < part.bores.size(); ++i)
     check_bore(part, *half, part.bores[i], at + "/bores" + pointer_segment(i), diagnostics);
 }

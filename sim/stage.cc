@@ -82,7 +82,7 @@ void size_view(mjSpec* spec, const StageOptions& options) {
 
 }  // namespace
 
-void dress_stage(mjSpec_* spec, const StageOptions& options) {
+void add_scene_props(mjSpec_* spec, const StageOptions& options) {
   install_mujoco_handlers();
   mjsBody* world = mjs_findBody(spec, "world");
   add_sky(spec, options);

@@ -19,7 +19,7 @@ struct StageOptions {
   std::array<double, 3> key_light = {-0.45, 0.55, -1.0};     ///< direction in which the shadow-casting light shines
 };
 
-/// Names of what dress_stage adds; a scenario must not use them.
+/// Names of what add_scene_props adds; a scenario must not use them.
 inline constexpr const char* kStageFloor = "stage_floor";
 inline constexpr const char* kStageSky = "stage_sky";
 
@@ -27,6 +27,6 @@ inline constexpr const char* kStageSky = "stage_sky";
 /// geoms and materials of the scene alone. Call once, before the spec is compiled; physics sees only the floor.
 /// @param spec  not null
 /// Thread: the one that owns `spec`. Realtime: setup.
-void dress_stage(mjSpec_* spec, const StageOptions& options);
+void add_scene_props(mjSpec_* spec, const StageOptions& options);
 
 }  // namespace takt::sim

@@ -69,7 +69,7 @@ std::string_view name_of(ThreadEvent::Kind kind) {
 }
 
 /// A screw seen from a bore.
-struct ThreadLaw::Stand {
+struct ThreadLaw::RelativePose {
   Pose X_WB, X_BT;
   double angle = 0.0;      ///< rad, about the axis, -pi to pi
   double turn_rate = 0.0;  ///< rad/s, about the axis, against the bore
@@ -106,9 +106,9 @@ ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, 
   }
 }
 
-ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, const Screw& screw,
-                                     const ThreadedBore& bore) const {
-  Stand stand;
+ThreadLaw::RelativePose ThreadLaw::stand_of(const mjModel& model, const mjData& data, const Screw& screw,
+                                            const ThreadedBore& bore) const {
+  RelativePose stand;
   stand.X_WB = pose_at(data.geom_xpos + 3 * bore.geom, data.geom_xmat + 9 * bore.geom) * bore.figures.X_GB;
   const Pose X_WT = pose_at(data.xpos + 3 * screw.body, data.xmat + 9 * screw.body) * screw.X_OT;
   stand.X_BT = stand.X_WB.inverse(Eigen::Isometry) * X_WT;
@@ -123,7 +123,7 @@ ThreadLaw::Stand ThreadLaw::stand_of(const mjModel& model, const mjData& data, c
 }
 
 /// @param entered  it was in the mouth before
-bool ThreadLaw::in_mouth(const Screw& screw, const ThreadedBore& bore, const Stand& stand, bool entered) {
+bool ThreadLaw::in_mouth(const Screw& screw, const ThreadedBore& bore, const RelativePose& stand, bool entered) {
   if (bore.size != screw.thread.size || stand.X_BT.linear()(2, 2) <= 0.0) return false;
   const Mouth& within = entered ? kRattles : kEnters;
   const Vector3d tip = stand.tip();
@@ -138,7 +138,7 @@ bool ThreadLaw::occupied(std::size_t bore) const {
                              [&](const Screw& screw) { return screw.hold.bore == static_cast<std::int64_t>(bore); });
 }
 
-void ThreadLaw::take(std::size_t index, std::size_t bore, const Stand& stand, Nanoseconds now) {
+void ThreadLaw::take(std::size_t index, std::size_t bore, const RelativePose& stand, Nanoseconds now) {
   Screw& screw = screws_[index];
   screw.hold = {.bore = static_cast<std::int64_t>(bore),
                 .crossed = stand.lean().norm() > crossing_lean(screw.thread),
@@ -169,7 +169,7 @@ void ThreadLaw::apply(mjModel& model, mjData& data, Solids& solids, const Screw&
 bool ThreadLaw::watch(mjModel& model, mjData& data, Solids& solids, Nanoseconds now) {
   bool changed = drives_.watch(model, data);
   for (std::size_t i = 0; i < screws_.size(); ++i) {
-    const bool other = screws_[i].hold.bore >= 0 ? lets_go(model, data, i, now) : starts(model, data, i, now);
+    const bool other = screws_[i].hold.bore >= 0 ? update_hold(model, data, i, now) : try_engage(model, data, i, now);
     if (other) apply(model, data, solids, screws_[i]);
     changed = changed || other;
   }
@@ -192,7 +192,7 @@ bool ThreadLaw::rests(const mjModel& model, const mjData& data, const Screw& scr
 }
 
 /// Counts the turns of a screw that is held. @return true: it has been turned out
-bool ThreadLaw::lets_go(const mjModel& model, const mjData& data, std::size_t index, Nanoseconds now) {
+bool ThreadLaw::update_hold(const mjModel& model, const mjData& data, std::size_t index, Nanoseconds now) {
   Screw& screw = screws_[index];
   Hold& hold = screw.hold;
   const auto bore = static_cast<std::size_t>(hold.bore);
@@ -212,11 +212,11 @@ bool ThreadLaw::lets_go(const mjModel& model, const mjData& data, std::size_t in
 
 /// Counts how far a free screw has been turned to the right in a mouth, less what it has gone back since.
 /// @return true: the thread has caught it
-bool ThreadLaw::starts(const mjModel& model, const mjData& data, std::size_t index, Nanoseconds now) {
+bool ThreadLaw::try_engage(const mjModel& model, const mjData& data, std::size_t index, Nanoseconds now) {
   Hold& hold = screws_[index].hold;
   for (std::size_t b = 0; b < bores_.size(); ++b) {
     if (bores_[b].size != screws_[index].thread.size || occupied(b)) continue;
-    const Stand stand = stand_of(model, data, screws_[index], bores_[b]);
+    const RelativePose stand = stand_of(model, data, screws_[index], bores_[b]);
     const auto mouth = static_cast<std::int64_t>(b);
     if (!in_mouth(screws_[index], bores_[b], stand, hold.mouth == mouth)) continue;
     hold.begun = std::max(0.0, (hold.mouth == mouth ? hold.begun : 0.0) - timestep_ * stand.turn_rate);
@@ -243,7 +243,7 @@ double ThreadLaw::friction_limit(const Screw& screw) const {
 
 void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int row) {
   const ThreadedBore& bore = bores_[static_cast<std::size_t>(screw.hold.bore)];
-  const Stand stand = stand_of(model, data, screw, bore);
+  const RelativePose stand = stand_of(model, data, screw, bore);
   const auto nv = static_cast<Eigen::Index>(model.nv);
   const Vector3d tip_W = stand.X_WB * stand.tip();
   const auto scratch = [&](std::size_t i) { return jacobians_.data() + 3 * i * static_cast<std::size_t>(nv); };

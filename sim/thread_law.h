@@ -98,16 +98,17 @@ class ThreadLaw {
     double mass = 0.0, inertia = 0.0;  ///< kg; kg m^2, the least
     Hold hold;
   };
-  struct Stand;
+  struct RelativePose;
 
-  [[nodiscard]] Stand stand_of(const mjModel_& model, const mjData_& data, const Screw& screw,
-                               const ThreadedBore& bore) const;
-  [[nodiscard]] static bool in_mouth(const Screw& screw, const ThreadedBore& bore, const Stand& stand, bool entered);
-  void take(std::size_t screw, std::size_t bore, const Stand& stand, Nanoseconds now);
+  [[nodiscard]] RelativePose stand_of(const mjModel_& model, const mjData_& data, const Screw& screw,
+                                      const ThreadedBore& bore) const;
+  [[nodiscard]] static bool in_mouth(const Screw& screw, const ThreadedBore& bore, const RelativePose& stand,
+                                     bool entered);
+  void take(std::size_t screw, std::size_t bore, const RelativePose& stand, Nanoseconds now);
   [[nodiscard]] bool rests(const mjModel_& model, const mjData_& data, const Screw& screw,
                            const ThreadedBore& bore) const;
-  bool lets_go(const mjModel_& model, const mjData_& data, std::size_t index, Nanoseconds now);
-  bool starts(const mjModel_& model, const mjData_& data, std::size_t index, Nanoseconds now);
+  bool update_hold(const mjModel_& model, const mjData_& data, std::size_t index, Nanoseconds now);
+  bool try_engage(const mjModel_& model, const mjData_& data, std::size_t index, Nanoseconds now);
   void apply(mjModel_& model, mjData_& data, Solids& solids, const Screw& screw) const;
   void set_rows(const mjModel_& model, mjData_& data, Screw& screw, int row);
   [[nodiscard]] double friction_limit(const Screw& screw) const;

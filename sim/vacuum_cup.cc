@@ -46,7 +46,7 @@ Result<std::unique_ptr<SimDevice>> SimVacuumCup::make(const mjModel& model, cons
     lip.points = points - lip.first;
     if (lip.points < kFewestPoints) {
       return failure(Code::kWrongSize, "", fmt::format("the lip '{}' has {} spheres", name, lip.points),
-                     fmt::format("{} or more", kFewestPoints));
+                     fmt::format("Give {} or more", kFewestPoints));
     }
     plant.lips.push_back(lip);
   }

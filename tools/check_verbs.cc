@@ -328,7 +328,7 @@ int verify(const VerifyArguments& arguments, const Common& common) {
   const auto files = scenario_files(arguments.paths, diagnostics);
   if (!arguments.junit.empty()) diagnostics.append(check_output(arguments.junit, files, "--junit"));
   if (files.empty() && !diagnostics.has_errors())
-    diagnostics.error(Code::kNotFound, "", "no scenario file is there", "*.json");
+    diagnostics.error(Code::kNotFound, "", "no scenario file is there", "Name a folder with scenario files, *.json");
   if (diagnostics.has_errors()) return report(diagnostics, common);
   int status = kHeld;
   Json results = Json::array();
@@ -407,7 +407,7 @@ std::pair<CLI::App*, Verb> add_verify(CLI::App& app, Common& common) {
             Diagnostics diagnostics = check_seed_arguments(*seeds, arguments->paths);
             if (seeds->seeds > 0 && (!arguments->junit.empty() || arguments->interruptions.any()))
               diagnostics.error(Code::kConflict, "--seeds", "seeds are tried without interruptions and without JUnit",
-                                "one of them at a time");
+                                "Give one of them at a time");
             if (diagnostics.has_errors()) return report(diagnostics, common);
             return seeds->seeds > 0 ? verify_seeds(arguments->paths.front(), *seeds, common)
                                     : verify(*arguments, common);

@@ -25,7 +25,7 @@ constexpr AddVerb kVerbs[] = {add_run,     add_validate,   add_verify,     add_c
 int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common& common) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
   Diagnostics diagnostics;
-  diagnostics.error(Code::kUsage, "", error.what(), "takt --help, or takt VERB --help");
+  diagnostics.error(Code::kUsage, "", error.what(), "See takt --help, or takt VERB --help");
   return report(diagnostics, common);
 }
 

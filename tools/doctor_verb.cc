@@ -22,7 +22,7 @@ int doctor(double seconds, int processor, const Common& common) {
   if (processor >= 0 && !has_processor(processor)) {
     Diagnostics diagnostics;
     diagnostics.error(Code::kOutOfRange, "--processor", fmt::format("this process may not use processor {}", processor),
-                      "the number of one that is online");
+                      "Give the number of one that is online");
     return report(diagnostics, common);
   }
   const std::vector<MachineFinding> findings = look_at_machine();

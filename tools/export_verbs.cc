@@ -24,10 +24,11 @@ struct ExportArguments {
 Diagnostics check(const ExportArguments& arguments) {
   Diagnostics diagnostics;
   if (arguments.csv.empty() && arguments.tum.empty())
-    diagnostics.error(Code::kMissing, "", "nothing is to be written", "--csv FOLDER, or --tum FILE with --frame NAME");
+    diagnostics.error(Code::kMissing, "", "nothing is to be written",
+                      "Give --csv FOLDER, or --tum FILE with --frame NAME");
   if (arguments.tum.empty() != arguments.frame.empty())
     diagnostics.error(Code::kRequires, arguments.tum.empty() ? "--frame" : "--tum", "a frame and a file are needed",
-                      "--tum FILE --frame NAME");
+                      "Give --tum FILE --frame NAME");
   if (!arguments.tum.empty()) diagnostics.append(check_output(arguments.tum, {arguments.recording}, "--tum"));
   return diagnostics;
 }

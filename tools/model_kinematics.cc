@@ -103,14 +103,14 @@ void print_text(const PostureReport& report, const kinematics::Chain& chain, con
 Result<Eigen::Isometry3d> pose_of(const std::vector<double>& values) {
   if (values.size() != 7) {
     return failure(Code::kWrongSize, "--ik", fmt::format("{} numbers", values.size()),
-                   "x, y, z in m, then the quaternion w, x, y, z");
+                   "Give x, y, z in m, then the quaternion w, x, y, z");
   }
   const Eigen::Quaterniond r(values[3], values[4], values[5], values[6]);
   bool finite = true;
   for (const double value : values) finite = finite && std::isfinite(value);
   if (!finite || std::abs(r.norm() - 1.0) > 1e-3) {
     return failure(Code::kOutOfRange, "--ik", "the pose is not finite or its quaternion has no unit norm",
-                   "x, y, z, qw, qx, qy, qz");
+                   "Give x, y, z, qw, qx, qy, qz");
   }
   Eigen::Isometry3d X_BF = Eigen::Isometry3d::Identity();
   X_BF.translation() << values[0], values[1], values[2];
@@ -122,19 +122,19 @@ Diagnostics check_redundancy(const kinematics::Chain& chain, const InverseQuesti
   Diagnostics diagnostics;
   if (question.arm_angle && !kinematics::ArmAngle::recognise(chain)) {
     diagnostics.error(Code::kInvalidValue, "--arm-angle", "this arm has no arm angle",
-                      "an arm with spherical shoulder, elbow, spherical wrist");
+                      "Name an arm with spherical shoulder, elbow, spherical wrist");
   }
   if (question.held && chain.joint_count() != 7) {
     diagnostics.error(Code::kInvalidValue, "--held",
                       fmt::format("an arm with {} joints has none to hold", chain.joint_count()),
-                      "an arm with seven joints");
+                      "Name an arm with seven joints");
   }
   if (question.held && question.arm_angle) {
-    diagnostics.error(Code::kConflict, "--held", "the redundancy is given twice", "--held or --arm-angle");
+    diagnostics.error(Code::kConflict, "--held", "the redundancy is given twice", "Give --held or --arm-angle");
   }
   for (const auto& value : {question.arm_angle, question.held}) {
     if (value && !std::isfinite(*value))
-      diagnostics.error(Code::kOutOfRange, "--ik", "a value is not finite", "a number, rad");
+      diagnostics.error(Code::kOutOfRange, "--ik", "a value is not finite", "Give a finite number, rad");
   }
   return diagnostics;
 }
@@ -158,13 +158,13 @@ int print_forward(const device::ArmDescription& arm, const std::vector<double>& 
   if (static_cast<int>(values.size()) != chain.joint_count()) {
     diagnostics.error(Code::kWrongSize, "--fk",
                       fmt::format("{} numbers for {} joints", values.size(), chain.joint_count()),
-                      "one per joint, rad");
+                      "Give one per joint, rad");
     return report(diagnostics, common);
   }
   JointVector q(chain.joint_count());
   std::copy(values.begin(), values.end(), q.begin());
   if (!q.allFinite()) {
-    diagnostics.error(Code::kOutOfRange, "--fk", "a number is not finite", "finite joint positions, rad");
+    diagnostics.error(Code::kOutOfRange, "--fk", "a number is not finite", "Give finite joint positions, rad");
     return report(diagnostics, common);
   }
   const Eigen::Isometry3d X_BF = chain.forward(q);

@@ -34,7 +34,7 @@ Result<void> read_size(PictureOptions& options) {
       return {};
   }
   return failure(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", options.size),
-                 "WIDTHxHEIGHT in pixels, 16 to 4096 each");
+                 "Write WIDTHxHEIGHT in pixels, 16 to 4096 each");
 }
 
 /// Home of an arm; of anything else the middle of each joint's range.
@@ -129,7 +129,7 @@ Result<sim::World> build(const kinematics::RobotModel& robot, const device::ArmD
   }
   if (!options.q.empty()) q = options.q;
   return sim::World::create(description, [&](mjSpec_& spec) {
-    sim::dress_stage(&spec, stage);
+    sim::add_scene_props(&spec, stage);
     spec.visual.global.fovy = kLensDeg;
   });
 }
@@ -154,7 +154,7 @@ Result<sim::World> build_on_stage(const kinematics::RobotModel& robot, const dev
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : points) box.extend(p);
   if (points.empty())
-    return failure(Code::kMissing, "", "the model has nothing to draw", "a visual or a collision shape");
+    return failure(Code::kMissing, "", "the model has nothing to draw", "Add a visual or a collision shape");
   stage.radius = 0.8 * box.diagonal().norm();
   stage.floor_height = std::min(0.0, box.min().z());
   const Eigen::Vector3d centre = box.center();
@@ -173,7 +173,8 @@ Result<void> draw_model(const kinematics::RobotModel& robot, const device::ArmDe
                         const std::filesystem::path& file) {
   if (auto size = read_size(options); !size) return size;
   if (file.extension() != ".png")
-    return failure(Code::kInvalidValue, "--image", fmt::format("'{}' is not a .png file", file.string()), "OUT.png");
+    return failure(Code::kInvalidValue, "--image", fmt::format("'{}' is not a .png file", file.string()),
+                   "Name a file OUT.png");
   Points points;
   const auto world = build_on_stage(robot, arm, options, points);
   if (!world) return std::unexpected(world.error());

@@ -94,14 +94,14 @@ Diagnostics check_numbers(const ModelArguments& arguments) {
     for (const double number : *numbers) {
       if (std::abs(number) <= kMost) continue;
       diagnostics.error(Code::kOutOfRange, option, fmt::format("{} is out of range", number),
-                        fmt::format("numbers up to {:g}", kMost));
+                        fmt::format("Use numbers up to {:g}", kMost));
     }
   }
   for (const auto& [option, number] :
        {std::pair{"--arm-angle", arguments.ik.arm_angle}, {"--held", arguments.ik.held}}) {
     if (number && !(std::abs(*number) <= kMost))
       diagnostics.error(Code::kOutOfRange, option, fmt::format("{} is out of range", *number),
-                        fmt::format("up to {:g}", kMost));
+                        fmt::format("Use at most {:g}", kMost));
   }
   return diagnostics;
 }

@@ -136,7 +136,7 @@ Result<NetBench> bench_net(net::CompiledNet& net, double seconds) {
     return failure(
         Code::kInternal, "",
         fmt::format("the net fails in cycle {}: {}", net.signals().cause.cycle, net.signals().cause.text.view()),
-        "devices that have samples: --scenario FILE");
+        "Give the devices samples: --scenario FILE");
   }
   NetBench bench;
   bench.processor = processor_name();

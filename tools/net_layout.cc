@@ -139,7 +139,7 @@ Diagnostics run_dot(const fs::path& in, const fs::path& out, const fs::path& err
   const int failed = posix_spawnp(&child, "dot", &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) {
-    diagnostics.error(Code::kSystem, "--graph", "the program 'dot' cannot be started", "apt-get install graphviz");
+    diagnostics.error(Code::kSystem, "--graph", "the program 'dot' cannot be started", "Run apt-get install graphviz");
     return diagnostics;
   }
   int status = 0;
@@ -158,7 +158,7 @@ Diagnostics run_dot(const fs::path& in, const fs::path& out, const fs::path& err
   std::getline(stream, first);
   diagnostics.error(Code::kSystem, "--graph",
                     WIFEXITED(status) ? fmt::format("dot failed: {}", first) : "dot takes too long for this net",
-                    "smaller fragments");
+                    "Make the fragments smaller");
   return diagnostics;
 }
 

@@ -76,7 +76,7 @@ class Painter {
     if (picture_.cards.size() > kMostCards) {
       return failure(Code::kTooLarge, "",
                      fmt::format("{} primitives are too many for a picture", picture_.cards.size()),
-                     fmt::format("at most {}, closed fragments counted as one: put parts into fragments", kMostCards));
+                     fmt::format("Put parts into fragments: at most {}, closed fragments counted as one", kMostCards));
     }
     mark_paths();
     for (std::size_t l = 0; l < report_.links.size(); ++l) add_link(l);

@@ -105,7 +105,7 @@ Diagnostics load(const NetArguments& arguments, const device::ModelLibrary& libr
     return compile(arguments.file, loaded);
   }
   if (!arguments.step.empty()) {
-    diagnostics.error(Code::kInvalidValue, "--step", "the file is a net, not a scenario", "a scenario file");
+    diagnostics.error(Code::kInvalidValue, "--step", "the file is a net, not a scenario", "Give a scenario file");
     return diagnostics;
   }
   if (!arguments.scenario.empty()) {
@@ -153,7 +153,7 @@ Diagnostics check_step_is_named(const NetArguments& arguments, const LoadedNet& 
   for (const auto& [option, given] : asked) {
     if (given && !loaded.net)
       diagnostics.error(Code::kRequires, option, "the net of no step was asked for",
-                        "--step NAME; without these options the steps with a net are listed");
+                        "Give --step NAME; without these options the steps with a net are listed");
   }
   return diagnostics;
 }

@@ -141,7 +141,8 @@ Diagnostics check(const DeviceOptions& options) {
   Diagnostics diagnostics = check_new_model(options.out, options.name);
   const auto limit = [&](const char* option, double value, double low, double high) {
     if (!(value >= low && value <= high))
-      diagnostics.error(Code::kOutOfRange, option, fmt::format("{:g}", value), fmt::format("{:g} to {:g}", low, high));
+      diagnostics.error(Code::kOutOfRange, option, fmt::format("{:g}", value),
+                        fmt::format("Choose {:g} to {:g}", low, high));
   };
   limit("--length", options.length_m, 0.03, 1.0);
   limit("--mass", options.mass_kg, 0.01, 50.0);

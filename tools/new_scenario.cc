@@ -125,7 +125,7 @@ Json scenario_of(const ScenarioOptions& options, const device::ArmDescription& a
 Result<std::filesystem::path> new_scenario(const ScenarioOptions& options, const device::ModelLibrary& models) {
   if (!is_file_name(options.name))
     return failure(Code::kInvalidName, "NAME", fmt::format("invalid name '{}'", options.name),
-                   "letters, digits, '_' and '-'");
+                   "Use letters, digits, '_' and '-'");
   const auto folder = models.find(options.arm, "--arm");
   if (!folder) return std::unexpected(folder.error());
   const auto arm = device::read_arm(*folder);
@@ -133,7 +133,8 @@ Result<std::filesystem::path> new_scenario(const ScenarioOptions& options, const
   const std::filesystem::path file = options.out / (options.name + ".json");
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored))
-    return failure(Code::kFileNotWritable, "NAME", fmt::format("'{}' is there already", file.string()), "another name");
+    return failure(Code::kFileNotWritable, "NAME", fmt::format("'{}' is there already", file.string()),
+                   "Choose another name");
   if (!options.out.empty()) std::filesystem::create_directories(options.out, ignored);
   Json scenario = Json::object();
   if (const std::string schema = schema_of(options); !schema.empty()) scenario["$schema"] = schema;

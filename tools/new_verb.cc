@@ -39,7 +39,8 @@ void print_text(const ImportReport& report, const ImportOptions& options) {
 }
 
 int new_robot(const ImportOptions& wanted, const Common& common) {
-  if (wanted.urdf.empty()) return report(failure(Code::kMissing, "--urdf", "no URDF is given", "FILE").error(), common);
+  if (wanted.urdf.empty())
+    return report(failure(Code::kMissing, "--urdf", "no URDF is given", "Give FILE").error(), common);
   ImportOptions options = wanted;
   options.trial = [&common](const std::filesystem::path& folder, std::vector<ImportNote>& notes) -> Result<void> {
     Diagnostics diagnostics = check_model(folder);

@@ -357,7 +357,8 @@ std::string picture(const device::ArmDescription& arm, const Section& any, const
 Result<Reach> draw_reach(const device::ArmDescription& arm, const std::filesystem::path& file,
                          const ReachOptions& options) {
   if (file.extension() != ".svg") {
-    return failure(Code::kInvalidValue, "--reach", fmt::format("'{}' does not end in .svg", file.string()), "OUT.svg");
+    return failure(Code::kInvalidValue, "--reach", fmt::format("'{}' does not end in .svg", file.string()),
+                   "Name a file OUT.svg");
   }
   const Chain& chain = *arm.chain;
   // The middle is the height of the second joint: what turns there sweeps the section.

@@ -79,7 +79,7 @@ int compare(const CompareArguments& arguments, const Common& common) {
   }
   if (arguments.films && arguments.html.empty()) {
     Diagnostics diagnostics;
-    diagnostics.error(Code::kRequires, "--films", "films are parts of the report", "--report OUT.html");
+    diagnostics.error(Code::kRequires, "--films", "films are parts of the report", "Add --report OUT.html");
     return report(diagnostics, common);
   }
   if (!arguments.html.empty()) {
@@ -116,7 +116,7 @@ struct BlessArguments {
 Diagnostics check_reason(const std::string& reason) {
   Diagnostics diagnostics;
   if (reason.find_first_not_of(" \t\r\n") == std::string::npos)
-    diagnostics.error(Code::kMissing, "--reason", "the reason is empty", "why this run is right, in words");
+    diagnostics.error(Code::kMissing, "--reason", "the reason is empty", "Say in words why this run is right");
   return diagnostics;
 }
 
@@ -179,7 +179,7 @@ int render(RenderArguments& arguments, const Common& common) {
   Diagnostics diagnostics = check_output(arguments.options.video, {arguments.recording}, "--video");
   if (!app::parse_size(arguments.size, arguments.options.width, arguments.options.height)) {
     diagnostics.error(Code::kInvalidValue, "--size", fmt::format("'{}' is not a size", arguments.size),
-                      "WIDTHxHEIGHT, e.g. 1280x720");
+                      "Write WIDTHxHEIGHT, e.g. 1280x720");
   }
   arguments.options.view = app::parse_view(arguments.view, diagnostics);
   arguments.options.show = arguments.view.show;

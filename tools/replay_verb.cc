@@ -154,7 +154,7 @@ int once(const ReplayArguments& arguments, scenario::TimeTravel& travel, const C
 int replay(const ReplayArguments& arguments, const Common& common) {
   if (arguments.interactive && (common.json || arguments.at || arguments.why || !arguments.ports.empty())) {
     Diagnostics diagnostics;
-    diagnostics.error(Code::kConflict, "--interactive", "the prompt asks what to show", "--interactive alone");
+    diagnostics.error(Code::kConflict, "--interactive", "the prompt asks what to show", "Give --interactive alone");
     return report(diagnostics, common);
   }
   const auto recording = record::Recording::open(arguments.recording);

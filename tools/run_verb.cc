@@ -30,11 +30,11 @@ void reserve_processor(const RunVerbArguments& arguments, Diagnostics& diagnosti
   if (arguments.processor < 0) return;
   if (!arguments.realtime) {
     diagnostics.error(Code::kRequires, "--processor", "only a cycle in real time has a thread of its own",
-                      "--realtime");
+                      "Add --realtime");
   } else if (!has_processor(arguments.processor) || !keep_off_processor(arguments.processor)) {
     diagnostics.error(Code::kOutOfRange, "--processor",
                       fmt::format("processor {} cannot be kept for the cycle alone", arguments.processor),
-                      "one of two or more that are online");
+                      "Choose one of two or more that are online");
   }
 }
 
@@ -62,7 +62,7 @@ int dry_run(const scenario::Session& session, const Common& common) {
 /// What cannot be together with --resim.
 void check_resim(const RunVerbArguments& arguments, Diagnostics& diagnostics) {
   const auto conflict = [&](bool given, const char* option, const char* why) {
-    if (given) diagnostics.error(Code::kConflict, option, why, fmt::format("--resim or {}", option));
+    if (given) diagnostics.error(Code::kConflict, option, why, fmt::format("Give --resim or {}", option));
   };
   conflict(!arguments.file.empty(), "FILE", "a recording carries its scenario");
   conflict(arguments.step, "--step", "commands are carried out again, no steps");
@@ -141,10 +141,11 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   if (arguments.step && arguments.realtime) {
     diagnostics.error(Code::kConflict, "--step",
                       "simulated time stops while a step waits, so it cannot follow the wall clock",
-                      "--step or --realtime");
+                      "Give --step or --realtime");
   }
   if (!arguments.image.empty() && !arguments.dry_run)
-    diagnostics.error(Code::kRequires, "--image", "a picture of the rehearsal without a rehearsal alone", "--dry-run");
+    diagnostics.error(Code::kRequires, "--image", "a picture of the rehearsal without a rehearsal alone",
+                      "Add --dry-run");
   opening.image = arguments.image;
   reserve_processor(arguments, diagnostics);
   options.processor = arguments.processor;

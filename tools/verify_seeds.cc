@@ -100,7 +100,7 @@ Diagnostics check_seed_arguments(const SeedArguments& arguments, const std::vect
   Diagnostics diagnostics;
   const auto needs_seeds = [&](const char* option, bool given) {
     if (given && arguments.seeds == 0)
-      diagnostics.error(Code::kRequires, option, "it counts for many seeds of one scenario", "--seeds N");
+      diagnostics.error(Code::kRequires, option, "it counts for many seeds of one scenario", "Add --seeds N");
   };
   needs_seeds("--jobs", arguments.jobs > 0);
   needs_seeds("--at-least", arguments.at_least.has_value());
@@ -109,11 +109,11 @@ Diagnostics check_seed_arguments(const SeedArguments& arguments, const std::vect
   if (arguments.seeds == 0) return diagnostics;
   std::error_code ignored;
   if (paths.size() != 1 || std::filesystem::is_directory(paths.front(), ignored))
-    diagnostics.error(Code::kConflict, "--seeds", "the variations are those of one scenario", "one scenario file");
+    diagnostics.error(Code::kConflict, "--seeds", "the variations are those of one scenario", "Give one scenario file");
   if (arguments.at_least.value_or(0) > arguments.seeds)
     diagnostics.error(Code::kOutOfRange, "--at-least",
                       fmt::format("{} of {} seeds cannot pass", *arguments.at_least, arguments.seeds),
-                      fmt::format("at most {}", arguments.seeds));
+                      fmt::format("Keep it to at most {}", arguments.seeds));
   if (!arguments.report.empty())
     diagnostics.append(check_output(arguments.report, {paths.begin(), paths.end()}, "--report"));
   return diagnostics;

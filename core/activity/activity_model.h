@@ -38,17 +38,17 @@ struct Predecessor {
   /// When everything before has come to its natural end.
   ActuatorState at_end;
   /// The motion that runs on it and may be left, at this path time at the soonest, with this lead (s).
-  struct Leaving {
+  struct BlendOut {
     BlendSource motion;
     double tau = 0.0, lead = 0.0;
     /// Its clock runs at rate 1 and in whole cycles: the state at tau is the one that will be sent.
     bool exact = true;
   };
-  std::optional<Leaving> leaving;
+  std::optional<BlendOut> leaving;
 };
 
 /// A planned motion of another activity, which runs or is about to begin.
-struct MotionBeside {
+struct ConcurrentMotion {
   std::string name;  ///< of the activity
   command::PlannedMotion motion;
   command::Actuator actuator;
@@ -64,7 +64,7 @@ struct PlanningContext {
   bool checks_collisions = false;  ///< of programs that nobody rehearses: planned motions must not collide
   bool is_part = false;            ///< something may come after it in the same net
   /// Of these programs: what other machines do meanwhile, as far as it is planned.
-  std::vector<MotionBeside> beside = {};
+  std::vector<ConcurrentMotion> beside = {};
 };
 
 /// What an activity says of one of its actuators.

@@ -228,9 +228,9 @@ void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnos
   if (silent)
     return diagnostics.error(Code::kSensorSilent, std::move(pointer),
                              "a sensor in `abort_if` did not answer, so it was stopped",
-                             "check the sensor's power and wiring");
+                             "Check the sensor's power and wiring");
   diagnostics.error(Code::kAbortCondition, std::move(pointer), "`abort_if` became true, so it was stopped",
-                    "remove the cause and ask for it again");
+                    "Remove the cause and ask for it again");
 }
 
 }  // namespace takt::activity

@@ -54,7 +54,7 @@ Diagnostics failures_of(const RunView& run, const std::vector<Fallible>& command
       diagnostics.append(failure_of_wait(run.value<net::Boolean>(held_name(one.path)), *one.timeout), one.path);
     } else {
       diagnostics.error(Code::kConditionNotMet, one.path, fmt::format("'{}' has failed", one.name),
-                        "see its fails_if(), and remove the cause");
+                        "See its fails_if(), and remove the cause");
     }
   }
   return diagnostics;
@@ -73,7 +73,7 @@ class CommandActivity final : public ActivityModel {
     command::TreeEnd end;
     const Diagnostics unplanned = command::plan(command, places, &end);
     Diagnostics wrong = command::check(command, false);
-    command::add_news(unplanned, wrong);
+    command::append_new(unplanned, wrong);
     if (wrong.has_errors()) return std::unexpected(std::move(wrong));
     const std::vector<Fallible> fallible = show_failures(command);
     PlannedActivity prepared = planned_activity(command, actuators_, end);
@@ -111,10 +111,10 @@ Diagnostics failure_of_wait(const std::optional<net::Boolean>& held, double time
   Diagnostics diagnostics;
   if (!held) {
     diagnostics.error(Code::kSensorSilent, "/until", "a sensor of the condition did not answer",
-                      "check its power and its wiring");
+                      "Check its power and its wiring");
   } else if (!*held) {
     diagnostics.error(Code::kTimeout, "/until", fmt::format("the condition did not hold within {:g} s", timeout),
-                      "a longer \"timeout_s\", or \"try\" around it");
+                      "Increase \"timeout_s\", or put \"try\" around it");
   }
   return diagnostics;
 }

@@ -51,7 +51,7 @@ struct PartEnd {
     if (run.state() == RunState::kQueued) return {};  // it was not begun
     Diagnostics wrong = verdict ? verdict(run) : Diagnostics();
     if (!wrong.has_errors() && run.state() == RunState::kFailed)
-      wrong.error(Code::kConditionNotMet, "", "it has failed", "remove the cause and ask for it again");
+      wrong.error(Code::kConditionNotMet, "", "it has failed", "Remove the cause and ask for it again");
     return wrong;
   }
 };
@@ -113,7 +113,7 @@ class CompositeActivity : public ActivityModel {
     if (parts_[i]->begins_alone())
       return failure(Code::kConflict, place_of(i),
                      fmt::format("'{}' changes a control mode, which no part of a net can", parts_[i]->name()),
-                     "make it an activity of its own, before or after the others");
+                     "Make it an activity of its own, before or after the others");
     own.is_part = true;
     auto prepared = parts_[i]->prepare(own);
     if (prepared) {
@@ -193,7 +193,7 @@ class SequenceActivity final : public CompositeActivity {
       branches = after(branches, *planned);
       if (branches.size() > kMostEndings)
         return failure(Code::kTooLarge, place_of(i), fmt::format("{} ways in which it may end", branches.size()),
-                       fmt::format("{} at most", kMostEndings));
+                       fmt::format("Keep it to {} at most", kMostEndings));
       whole.end_states = common_states(branches);
     }
     if (branches.size() > 1)
@@ -422,12 +422,14 @@ class MainTaskActivity final : public CompositeActivity {
     const Subtask& subtask = subtasks_[i];
     const std::string pointer = fmt::format("/subtasks/{}", i);
     if (subtask.when) return *subtask.when && main.command->active();
-    if (!subtask.at_share) return failure(Code::kMissing, pointer, "it never begins", "`at_share` or `when`");
+    if (!subtask.at_share) return failure(Code::kMissing, pointer, "it never begins", "Give `at_share` or `when`");
     if (!main.at_share)
       return failure(Code::kConflict, pointer,
-                     fmt::format("'{}' is not a motion, so it has no share of a path", parts_[0]->name()), "`when`");
+                     fmt::format("'{}' is not a motion, so it has no share of a path", parts_[0]->name()),
+                     "Give `when`");
     if (!(*subtask.at_share >= 0.0 && *subtask.at_share <= 1.0))
-      return failure(Code::kOutOfRange, pointer, fmt::format("share {}", *subtask.at_share), "from 0 to 1");
+      return failure(Code::kOutOfRange, pointer, fmt::format("share {}", *subtask.at_share),
+                     "Choose a share from 0 to 1");
     return main.at_share(*subtask.at_share);
   }
 
@@ -449,7 +451,7 @@ class AbortActivity final : public ActivityModel {
     if (!prepared->command)
       return failure(Code::kUnsupported, "/abort_if",
                      fmt::format("'{}' is not a command, so nothing can end it", name()),
-                     "an activity that moves something");
+                     "Give an activity that moves something");
     if (!watches(*prepared->command)) add_abort(*prepared->command, state_, {});
     // What goes on with it would not watch the state any more.
     for (auto& [name, end_state] : prepared->end_states) end_state.last.clear();
@@ -490,13 +492,13 @@ void throw_errors(Diagnostics diagnostics) {
 /// The runtime of all parts. Throws for none, and for parts of several.
 Runtime& runtime_of(const std::vector<Activity>& parts) {
   Diagnostics why;
-  if (parts.empty()) why.error(Code::kMissing, "", "a composition without parts", "at least one");
+  if (parts.empty()) why.error(Code::kMissing, "", "a composition without parts", "Give at least one");
   for (std::size_t i = 1; i < parts.size(); ++i) {
     if (&parts[i].runtime() == &parts.front().runtime()) continue;
     why.error(Code::kRequires, pointer_segment(i),
               fmt::format("'{}' belongs to another runtime than '{}'", parts[i].model()->name(),
                           parts.front().model()->name()),
-              "activities of one Runtime");
+              "Compose activities of one Runtime");
   }
   throw_errors(std::move(why));
   return parts.front().runtime();
@@ -510,7 +512,7 @@ void check_apart(const Activity& part, const Activity& other, const std::string&
     diagnostics.error(
         Code::kResourceConflict, place,
         fmt::format("'{}' drives '{}' together with '{}'", part.model()->name(), name, other.model()->name()),
-        "one after the other, by sequence()");
+        "Put them one after the other, by sequence()");
   }
 }
 

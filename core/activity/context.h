@@ -46,7 +46,7 @@ struct Context {
   EventSink event;
   const RealtimeSupport* realtime = nullptr;  ///< null: lock-step
   Scheduler* scheduler = nullptr;             ///< of the activities of the program that runs; its runner sets it
-  Meanwhile meanwhile = {};                   ///< what the rehearsal found; a parallel that runs names itself in it
+  ConcurrentMotions meanwhile = {};           ///< what the rehearsal found; a parallel that runs names itself in it
 };
 
 }  // namespace takt::activity

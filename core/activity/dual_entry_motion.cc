@@ -234,7 +234,7 @@ device::Seam seam_at_rest(const JointVector& q) {
   return seam_of({q, JointVector::Zero(q.size()), JointVector::Zero(q.size())});
 }
 
-device::Seam seam_in_motion(const Predecessor::Leaving& leaving, const motion::JointSample& begin) {
+device::Seam seam_in_motion(const Predecessor::BlendOut& leaving, const motion::JointSample& begin) {
   return leaving.exact ? seam_of(begin) : device::Seam{};
 }
 
@@ -242,7 +242,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
                                    const MotionOptions& options) {
   const Cell& cell = planning.cell;
   const double duration = dual.from_rest.motion->duration();
-  const bool may_be_left = options.blend.wanted() && duration > 0.0;
+  const bool can_blend_out = options.blend.wanted() && duration > 0.0;
   PlannedActivity prepared;
   connect(cell, dual.clock, std::nullopt, dual.from_rest);
   add_end_states(dual, options, prepared);
@@ -255,7 +255,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
                          dual.weaves_from_rest, kFromRest);
   add_abort(dual.abort_if, dual.from_rest, kFromRest, rest);
   prepared.motions.push_back({rest.subject(), dual.from_rest.handed_over, 0.0});
-  if (may_be_left) add_last(rest.subject(), blend_source(dual, dual.from_rest, options, duration), prepared);
+  if (can_blend_out) add_last(rest.subject(), blend_source(dual, dual.from_rest, options, duration), prepared);
   prepared.command = rest;
   prepared.at_share = [action = rest.action()](double share) { return action.at_path(share); };
   if (!dual.from_blend) return prepared;
@@ -267,7 +267,7 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, DualEntryMot
   const double own_begin = handed_over.empty() ? 0.0 : handed_over.front();
   if (!handed_over.empty()) handed_over.erase(handed_over.begin());
   prepared.motions.push_back({going_on.subject(), std::move(handed_over), own_begin});
-  if (may_be_left) add_last(going_on.subject(), blend_source(dual, *dual.from_blend, options, duration), prepared);
+  if (can_blend_out) add_last(going_on.subject(), blend_source(dual, *dual.from_blend, options, duration), prepared);
   for (const auto& [arm, begin] : dual.begins) {
     if (begin.blend) prepared.begins[arm].push_back(*begin.blend);
     prepared.taken_over[arm] = {going_on.subject(), own_begin};
@@ -302,7 +302,7 @@ Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmP
   const auto begin = plans.from_blend ? motion::joints_at(plans.model, plans.from_blend->motion, 0.0) : std::nullopt;
   if (begin) {
     dual.from_blend = planned(std::move(*plans.from_blend));
-    const Predecessor::Leaving& leaving = *planning.predecessors.find(plans.arm)->second.leaving;
+    const Predecessor::BlendOut& leaving = *planning.predecessors.find(plans.arm)->second.leaving;
     dual.tau = leaving.tau;
     dual.begins[plans.arm].blend = seam_in_motion(leaving, *begin);
   }
@@ -316,7 +316,7 @@ Result<PlannedActivity> prepare_dual_entry(const PlanningContext& planning, ArmP
 std::optional<motion::Departure> departure_of(const Predecessor& before, const Eigen::Isometry3d& X_FM) {
   constexpr double kSame = 1e-12;
   if (!before.leaving || !before.leaving->motion.X_FM.isApprox(X_FM, kSame)) return std::nullopt;
-  const Predecessor::Leaving& leaving = *before.leaving;
+  const Predecessor::BlendOut& leaving = *before.leaving;
   return motion::Departure{
       .motion = *leaving.motion.motion, .tau = leaving.tau, .lead = leaving.lead, .blend = leaving.motion.blend};
 }

@@ -106,6 +106,6 @@ struct GuardedEnd {
 [[nodiscard]] device::Seam seam_of(const motion::JointSample& state);
 [[nodiscard]] device::Seam seam_at_rest(const kinematics::JointVector& q);
 /// How an arm is taken over in motion; under an override only the guard knows whether it fits.
-[[nodiscard]] device::Seam seam_in_motion(const Predecessor::Leaving& leaving, const motion::JointSample& begin);
+[[nodiscard]] device::Seam seam_in_motion(const Predecessor::BlendOut& leaving, const motion::JointSample& begin);
 
 }  // namespace takt::activity

@@ -23,7 +23,7 @@ struct MeanwhileSpace {
 using MeanwhileSpaces = std::map<std::pair<std::string, std::string>, std::shared_ptr<const MeanwhileSpace>>;
 
 /// The same, seen from within a program. Any thread.
-struct Meanwhile {
+struct ConcurrentMotions {
   std::shared_ptr<const MeanwhileSpaces> spaces = {};
   std::string parallel = {};  ///< pointer of the outermost one that is being played or run; empty: none
 

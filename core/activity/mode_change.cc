@@ -60,7 +60,7 @@ void check_start(const device::Arm& arm, ControlMode is, ControlMode needed, Dia
   diagnostics.error(Code::kNotPossibleNow, "",
                     fmt::format("'{}' will be in mode {}, and this needs {}; it goes there only while nothing holds it",
                                 arm.name(), name_of(is), name_of(needed)),
-                    fmt::format("into that mode before: the step \"control_mode\", or "
+                    fmt::format("Change into that mode before: with the step \"control_mode\", or "
                                 "use<ControlModeInterface>().switch_to(\"{}\")",
                                 name_of(needed)));
 }
@@ -114,7 +114,7 @@ ModeChange::ModeChange(rcc::ControlCore& core, const ControlModes& modes) {
     } else {
       diagnostics_.error(Code::kNotPossibleNow, "/mode",
                          fmt::format("'{}' cannot be asked for mode {} now", name, name_of(mode)),
-                         "an arm that the core drives, and fewer than 512 requests in one cycle");
+                         "Name an arm that the core drives, with fewer than 512 requests in one cycle");
     }
   }
 }
@@ -127,7 +127,7 @@ bool ModeChange::poll(std::span<const rcc::Event> events) {
       diagnostics_.error(Code::kNotPossibleNow, "/mode",
                          fmt::format("the mode was not changed: {}; '{}' is in mode {}", event.cause.text.view(),
                                      answered->arm->name(), name_of(answered->arm->mode())),
-                         "an arm at rest that nothing moves, without a fault");
+                         "Let the arm come to rest, release it, and acknowledge its fault");
     open_.erase(answered);
   }
   return open_.empty();
@@ -149,7 +149,7 @@ Diagnostics check_mode_change(const device::Arm& arm, ControlMode from, ControlM
       if (change.from == from) ways += fmt::format("{}{}", ways.empty() ? "" : ", ", name_of(change.to));
     diagnostics.error(Code::kUnsupported, "/mode",
                       fmt::format("'{}' cannot go from {} to {}", arm.name(), name_of(from), name_of(to)),
-                      ways.empty() ? std::string("no other mode") : fmt::format("from there to {}", ways));
+                      ways.empty() ? std::string("no other mode") : fmt::format("Change from there to {}", ways));
   }
   return diagnostics;
 }

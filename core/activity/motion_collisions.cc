@@ -17,7 +17,7 @@ namespace takt::activity {
 namespace {
 
 using collision::CellShapes;
-using collision::Situation;
+using collision::CellState;
 using kinematics::JointVector;
 
 /// What the interpolation of a Cartesian piece can add to the accelerations of its plan.
@@ -87,7 +87,7 @@ class ActivityCheck {
                                .touching = planned_.touching,
                                .ends_at_touch = true};
     if (motion.tracks.empty()) return;
-    const Situation situation = without_others(motion);
+    const CellState situation = without_others(motion);
     const double end = first_touch(cell_, situation, motion).time;
     const collision::ContactRules rules(*cell_.shapes, situation);
     collision::CheckOptions options{.margin = cell_.shapes->margin, .rule = {}, .bodies = {}};
@@ -102,11 +102,11 @@ class ActivityCheck {
   }
 
  private:
-  [[nodiscard]] Situation without_others(const CheckedMotion& motion) const {
+  [[nodiscard]] CellState without_others(const CheckedMotion& motion) const {
     std::set<std::string> others = own_;
     others.insert(unknown_.begin(), unknown_.end());
     for (const ArmTrack& track : motion.tracks) others.erase(track.arm);
-    Situation situation = situation_;
+    CellState situation = situation_;
     const collision::ContactRules rules(*cell_.shapes, situation);
     for (int body = 0; body < static_cast<int>(cell_.shapes->scene.bodies().size()); ++body)
       if (others.contains(rules.arm_of(body))) situation.unknown.insert(body);
@@ -129,7 +129,7 @@ class ActivityCheck {
   const command::Cell& cell_;
   std::string name_;
   std::set<std::string> own_, unknown_;  ///< arms
-  Situation situation_;
+  CellState situation_;
 };
 
 }  // namespace
@@ -154,7 +154,7 @@ std::vector<ArmTrack> tracks_of(const command::PlannedMotion& motion, const comm
   return tracks;
 }
 
-Situation situation_before(const PlanningContext& planning) {
+CellState situation_before(const PlanningContext& planning) {
   command::Places places;
   for (const auto& [name, arm] : planning.cell.arms) {
     const auto own = planning.predecessors.find(name);
@@ -164,7 +164,7 @@ Situation situation_before(const PlanningContext& planning) {
   return believed_situation(planning.cell, places, command::measured_widths(planning.cell));
 }
 
-double width_around(const CellShapes& shapes, const Situation& situation, const std::string& gripper,
+double width_around(const CellShapes& shapes, const CellState& situation, const std::string& gripper,
                     const std::string& object, double widest) {
   const auto fingers = shapes.grippers.find(gripper);
   const int part = shapes.scene.root_of(object);
@@ -229,7 +229,7 @@ collision::Trajectory trajectory_of(const command::Cell& cell, std::vector<Playe
   return trajectory;
 }
 
-FirstTouch first_touch(const command::Cell& cell, const Situation& begin, const CheckedMotion& motion) {
+FirstTouch first_touch(const command::Cell& cell, const CellState& begin, const CheckedMotion& motion) {
   FirstTouch touch{.time = motion.duration()};
   if (motion.touching.empty()) return touch;
   const CellShapes& shapes = *cell.shapes;

@@ -47,10 +47,10 @@ struct CheckedMotion {
 
 /// The cell as it is believed to be when an activity begins: its arms where what runs on them ends, all others where
 /// they are now. The cell has shapes.
-[[nodiscard]] collision::Situation situation_before(const PlanningContext& planning);
+[[nodiscard]] collision::CellState situation_before(const PlanningContext& planning);
 
 /// How far apart the fingers of a gripper stand when they have closed on an object, m: 0 if it is not between them.
-[[nodiscard]] double width_around(const collision::CellShapes& shapes, const collision::Situation& situation,
+[[nodiscard]] double width_around(const collision::CellShapes& shapes, const collision::CellState& situation,
                                   const std::string& gripper, const std::string& object, double widest);
 
 /// A motion that is carried out from `begin` (s) on; it stands still once it has run for `stops` (s).
@@ -67,7 +67,7 @@ struct FirstTouch {
   double time = 0.0;                          ///< s
   std::vector<collision::Hit> too_soon = {};  ///< touches before touch_from
 };
-[[nodiscard]] FirstTouch first_touch(const command::Cell& cell, const collision::Situation& begin,
+[[nodiscard]] FirstTouch first_touch(const command::Cell& cell, const collision::CellState& begin,
                                      const CheckedMotion& motion);
 
 /// Two bodies that collide.

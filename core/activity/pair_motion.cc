@@ -26,7 +26,7 @@ void add_blend(const PlanningContext& planning, const PairPlans& plans, motion::
   const motion::ArmPair pair = pair_of(planning.cell, plans.grasp);
   const auto first = motion::joints_at(pair.leader, plan.leader, 0.0);
   const auto second = motion::joints_at(pair.follower, plan.follower, 0.0);
-  const Predecessor::Leaving* leaving = leaving_pair(planning, plans.grasp.leader, plans.grasp.follower);
+  const Predecessor::BlendOut* leaving = leaving_pair(planning, plans.grasp.leader, plans.grasp.follower);
   if (!first || !second || leaving == nullptr) return;
   dual.begins[plans.grasp.leader].blend = seam_in_motion(*leaving, *first);
   dual.begins[plans.grasp.follower].blend = seam_in_motion(*leaving, *second);
@@ -47,7 +47,7 @@ Result<Grasp> grasp_at(const Cell& cell, const std::string& leader, const std::s
   if (moves(cell.frames, leader, follower)) {
     return failure(Code::kUnknownPosition, "/follower",
                    fmt::format("the pose of '{}' relative to '{}' changes while a base drives", follower, leader),
-                   "arms that are fixed in the cell, or on one base");
+                   "Name arms that are fixed in the cell, or on one base");
   }
   const command::MountedArm &leads = cell.arms.find(leader)->second, &follows = cell.arms.find(follower)->second;
   const auto X_WL = cell.frames.pose(leader), X_WF = cell.frames.pose(follower);
@@ -85,8 +85,8 @@ PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans pl
   return prepare_dual_entry(planning, std::move(dual), options);
 }
 
-const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,
-                                         const std::string& follower) {
+const Predecessor::BlendOut* leaving_pair(const PlanningContext& planning, const std::string& leader,
+                                          const std::string& follower) {
   const auto leads = planning.predecessors.find(leader), follows = planning.predecessors.find(follower);
   if (leads == planning.predecessors.end() || follows == planning.predecessors.end()) return nullptr;
   const auto &one = leads->second.leaving, &two = follows->second.leaving;
@@ -97,7 +97,7 @@ const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const 
 
 std::optional<motion::PairPlan> plan_pair_on(const PlanningContext& planning, const Grasp& grasp,
                                              const std::vector<motion::LegMaker>& makers) {
-  const Predecessor::Leaving* leaving = leaving_pair(planning, grasp.leader, grasp.follower);
+  const Predecessor::BlendOut* leaving = leaving_pair(planning, grasp.leader, grasp.follower);
   if (leaving == nullptr) return std::nullopt;
   const BlendSource& before = leaving->motion;
   // Another frame, held elsewhere, does not go on from this one.

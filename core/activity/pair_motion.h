@@ -42,8 +42,8 @@ struct PairPlans {
                                                  const MotionOptions& options);
 
 /// The motion of the same two arms that may be left, and how they hold C in it; nothing: there is none.
-[[nodiscard]] const Predecessor::Leaving* leaving_pair(const PlanningContext& planning, const std::string& leader,
-                                                       const std::string& follower);
+[[nodiscard]] const Predecessor::BlendOut* leaving_pair(const PlanningContext& planning, const std::string& leader,
+                                                        const std::string& follower);
 
 /// Plans what goes on with the motion of this grasp that may be left; nothing where both come to rest first.
 [[nodiscard]] std::optional<motion::PairPlan> plan_pair_on(const PlanningContext& planning, const Grasp& grasp,

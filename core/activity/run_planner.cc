@@ -36,7 +36,7 @@ std::expected<std::shared_ptr<PlanningJob>, RunPlanner::Obstacle> RunPlanner::jo
   if (!fault.empty()) {
     Obstacle obstacle{.failure = RunFailure::kFault, .diagnostics = {}};
     obstacle.diagnostics.error(Code::kDeviceFault, "", fmt::format("'{}' was given up: {}", run.name(), fault),
-                               "remove the cause, acknowledge the fault, and ask for it again");
+                               "Remove the cause, acknowledge the fault, and ask for it again");
     return std::unexpected(std::move(obstacle));
   }
   if (run.job_ == nullptr) {

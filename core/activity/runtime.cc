@@ -36,7 +36,7 @@ Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void
 ProgramCancelled::ProgramCancelled()
     : ActivityError([] {
         Diagnostics why;
-        why.error(Code::kCancelled, "", "the program was cancelled", "a new Runtime for what comes next");
+        why.error(Code::kCancelled, "", "the program was cancelled", "Make a new Runtime for what comes next");
         return why;
       }()) {}
 
@@ -73,7 +73,7 @@ void Runtime::require_outside() const {
 
 void Runtime::step() {
   require_outside();
-  see_flanges(cell_);
+  update_flange_frames(cell_);
   resume_coroutines();
   report_failures();
   scheduler_.poll();

@@ -195,12 +195,12 @@ void Scheduler::post(ActivityRun& run) {
   run.request_ = core_.post(*run.rule_);
   if (run.request_ != 0) return run.rule_.reset();
   if (run.queue_full_since_ < 0) run.queue_full_since_ = core_.cycle();
-  if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kPatience) return;
+  if (core_.cycle() - run.queue_full_since_ < rcc::Rule::kAnswerTimeout) return;
   fail(
       run, RunFailure::kRefused,
       single_diagnostic(Code::kNotPossibleNow,
                         fmt::format("'{}' was not started: the control core's queue of requests was full for {} cycles",
-                                    run.name(), rcc::Rule::kPatience),
+                                    run.name(), rcc::Rule::kAnswerTimeout),
                         "fewer requests in one cycle"));
 }
 

@@ -97,9 +97,9 @@ std::optional<PlanningContext> StartConditions::planning_context(const ActivityR
   return planning;
 }
 
-std::vector<MotionBeside> StartConditions::motions_beside(const ActivityRun& run,
-                                                          std::span<const std::shared_ptr<ActivityRun>> runs) const {
-  std::vector<MotionBeside> beside;
+std::vector<ConcurrentMotion> StartConditions::motions_beside(
+    const ActivityRun& run, std::span<const std::shared_ptr<ActivityRun>> runs) const {
+  std::vector<ConcurrentMotion> beside;
   if (!options_.checks_collisions) return beside;
   for (const auto& other : runs) {
     const bool is_planned = other->state() == RunState::kLoaded || other->state() == RunState::kRunning;
@@ -157,7 +157,7 @@ std::optional<Predecessor> StartConditions::at_rest(const device::Arm& arm) cons
   return predecessor;
 }
 
-std::optional<Predecessor::Leaving> StartConditions::leaving(const ActivityRun& run, const EndState& end_state) const {
+std::optional<Predecessor::BlendOut> StartConditions::leaving(const ActivityRun& run, const EndState& end_state) const {
   const double period = to_seconds(core_.period());
   if (run.carries()) return std::nullopt;  // its own motion has not come yet
   for (const auto& [command, motion] : end_state.last) {
@@ -166,10 +166,10 @@ std::optional<Predecessor::Leaving> StartConditions::leaving(const ActivityRun& 
     const double time = clock->time->value;
     double soonest = time / period + static_cast<double>(options_.latency_cycles + options_.margin_cycles);
     if (!clock->is_steady()) soonest += time_to_steady(*motion.motion) / period;
-    return Predecessor::Leaving{.motion = motion,
-                                .tau = std::ceil(soonest) * period,
-                                .lead = static_cast<double>(options_.lead_cycles) * period,
-                                .exact = clock->is_steady() && is_as_planned(time, clock->rate->value, period)};
+    return Predecessor::BlendOut{.motion = motion,
+                                 .tau = std::ceil(soonest) * period,
+                                 .lead = static_cast<double>(options_.lead_cycles) * period,
+                                 .exact = clock->is_steady() && is_as_planned(time, clock->rate->value, period)};
   }
   return std::nullopt;
 }

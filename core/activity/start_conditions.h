@@ -37,8 +37,8 @@ class StartConditions {
   /// What the run may be planned with. Nothing: not known yet.
   [[nodiscard]] std::optional<PlanningContext> planning_context(const ActivityRun& run, const RunsBefore& before) const;
   /// What other runs do while it does, as far as that is planned (PlanningContext::beside).
-  [[nodiscard]] std::vector<MotionBeside> motions_beside(const ActivityRun& run,
-                                                         std::span<const std::shared_ptr<ActivityRun>> runs) const;
+  [[nodiscard]] std::vector<ConcurrentMotion> motions_beside(const ActivityRun& run,
+                                                             std::span<const std::shared_ptr<ActivityRun>> runs) const;
   /// The rule that starts the net of a run that is planned. Nothing: a rule has no room for so many predecessors.
   [[nodiscard]] static std::optional<rcc::Rule> rule_for(const ActivityRun& run, const RunsBefore& before,
                                                          const PlanningContext& planning);
@@ -50,7 +50,7 @@ class StartConditions {
   [[nodiscard]] std::optional<Predecessor> predecessor(const std::string& actuator, const RunsBefore& before,
                                                        bool& wait) const;
   [[nodiscard]] std::optional<Predecessor> at_rest(const device::Arm& arm) const;
-  [[nodiscard]] std::optional<Predecessor::Leaving> leaving(const ActivityRun& run, const EndState& end_state) const;
+  [[nodiscard]] std::optional<Predecessor::BlendOut> leaving(const ActivityRun& run, const EndState& end_state) const;
 
   rcc::ControlCore& core_;
   const command::Cell& cell_;

@@ -35,7 +35,7 @@ void warn_of_radians(std::span<const double> degrees, std::string pointer, Diagn
   const double angle = *std::ranges::find_if(degrees, is_part_of_pi);
   diagnostics.warning(Code::kInvalidValue, std::move(pointer),
                       fmt::format("these angles look like radians: {:g} is taken as {:g} deg", angle, angle),
-                      fmt::format("degrees: {:g} rad are {:.6g} deg", angle, angle * 180.0 / kPi));
+                      fmt::format("Give degrees: {:g} rad are {:.6g} deg", angle, angle * 180.0 / kPi));
 }
 
 }  // namespace takt

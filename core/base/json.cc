@@ -98,8 +98,9 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
       const auto [message, hint] = syntax_error(what, text_, position);
       diagnostics_.error(Code::kSyntax, pointer(), message, hint);
     } else {
-      diagnostics_.error(Code::kOutOfRange, pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
-                         fmt::format("at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
+      diagnostics_.error(
+          Code::kOutOfRange, pointer(), fmt::format("number {} is out of range", quoted_in(what, quote)),
+          fmt::format("Keep it to at most {:.6g} in size; byte {}", std::numeric_limits<double>::max(), position));
     }
     locate_last(position);
     return false;
@@ -177,7 +178,7 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
       if (keys[i] != keys[i - 1]) continue;
       level.key = keys[i];
       diagnostics_.error(Code::kDuplicate, pointer(), fmt::format("duplicate key '{}' in this object", level.key),
-                         "remove one of the two");
+                         "Remove one of the two");
       if (diagnostics_.list().size() >= kMostDuplicates) return false;
     }
     return true;
@@ -203,10 +204,10 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
 Result<Json> parse_json(std::string_view text, const InputLimits& limits) {
   if (text.size() > limits.bytes) {
     return failure(Code::kTooLarge, {}, fmt::format("{} bytes of JSON", text.size()),
-                   fmt::format("at most {}", limits.bytes));
+                   fmt::format("Keep it to at most {}", limits.bytes));
   }
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
-    return failure(Code::kMissing, {}, "the file is empty", "expected JSON");
+    return failure(Code::kMissing, {}, "the file is empty", "Write JSON into it");
   BoundedBuilder builder(text, limits);
   const bool parsed = Json::sax_parse(text, &builder);
   if (!parsed && !builder.diagnostics_.has_errors()) builder.diagnostics_.error(Code::kSyntax, {}, "not JSON");

@@ -90,7 +90,7 @@ bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
   const Json* value = find(key, fallback ? "" : "true or false");
   if (!value) return fallback.value_or(false);
   if (value->is_boolean()) return value->get<bool>();
-  diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), "true or false");
+  diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), "Give true or false");
   return fallback.value_or(false);
 }
 
@@ -100,7 +100,7 @@ std::string ObjectReader::text(std::string_view key, std::optional<std::string> 
   const bool empty = value->is_string() && value->get_ref<const std::string&>().empty();
   if (value->is_string() && (fallback || !empty)) return value->get<std::string>();
   diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value),
-                     empty ? "a text that is not empty" : "a text");
+                     empty ? "Give a text that is not empty" : "Give a text");
   return fallback.value_or("");
 }
 
@@ -148,7 +148,7 @@ std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional
   const Json* value = find(key, fallback ? "" : "an array of texts");
   if (!value) return fallback.value_or(std::vector<std::string>{});
   if (!value->is_array()) {
-    diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), "an array of texts");
+    diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), "Give an array of texts");
     return {};
   }
   std::vector<std::string> result;
@@ -157,7 +157,7 @@ std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional
       result.push_back((*value)[i].get<std::string>());
     } else {
       diagnostics_.error(Code::kWrongType, at(key) + pointer_segment(i), "unexpected value " + short_dump((*value)[i]),
-                         "a text");
+                         "Give a text");
     }
   }
   return result;
@@ -181,14 +181,14 @@ const Json* ObjectReader::array(std::string_view key, bool required) {
 
 Eigen::Quaterniond ObjectReader::rotation() {
   if (has("quaternion") && has("rpy_deg")) {
-    diagnostics_.error(Code::kConflict, pointer_, "both 'quaternion' and 'rpy_deg' are given", "one of the two");
+    diagnostics_.error(Code::kConflict, pointer_, "both 'quaternion' and 'rpy_deg' are given", "Remove one of the two");
   }
   if (has("quaternion")) {
     const auto values = numbers("quaternion", 4, std::vector<double>{1, 0, 0, 0});
     const Eigen::Quaterniond q(values[0], values[1], values[2], values[3]);
     if (std::abs(q.norm() - 1.0) > 1e-3) {
       diagnostics_.error(Code::kOutOfRange, at("quaternion"), fmt::format("the norm is {:.6g}", q.norm()),
-                         "a unit quaternion [w, x, y, z]");
+                         "Give a unit quaternion [w, x, y, z]");
       return Eigen::Quaterniond::Identity();
     }
     return q.normalized();

@@ -59,7 +59,7 @@ Result<std::string> temporary_pattern(const std::string& suffix) {
   const fs::path folder = fs::temp_directory_path(error);
   if (!error) return (folder / ("takt-XXXXXX" + suffix)).string();
   return failure(Code::kFileNotWritable, "", fmt::format("there is no folder for temporary files: {}", error.message()),
-                 "TMPDIR names a folder that can be written");
+                 "Set TMPDIR to a folder that can be written");
 }
 
 }  // namespace
@@ -80,7 +80,7 @@ Diagnostics write_file(const fs::path& path, std::string_view content, const std
   if (error != 0) {
     diagnostics.error(Code::kFileNotWritable, option,
                       fmt::format("'{}' cannot be written: {}", path.string(), std::strerror(error)),
-                      "a file in a folder that exists and has room");
+                      "Name a file in a folder that exists and has room");
   }
   return diagnostics;
 }
@@ -91,7 +91,7 @@ Diagnostics check_output(const fs::path& path, const std::vector<fs::path>& inpu
   const fs::file_status status = fs::status(path, error);
   const auto refuse = [&](const std::string& why) {
     diagnostics.error(Code::kFileNotWritable, option, fmt::format("'{}' {}", path.string(), why),
-                      "the name of a new file");
+                      "Give the name of a new file");
   };
   if (fs::is_directory(status)) refuse("is a folder");
   if (fs::is_fifo(status) || fs::is_socket(status)) refuse("is a pipe or a socket, not a file");
@@ -114,7 +114,7 @@ Result<TemporaryFile> TemporaryFile::create(const std::string& suffix) {
   if (file < 0) {
     return failure(Code::kFileNotWritable, "",
                    fmt::format("no temporary file can be made: '{}': {}", *pattern, std::strerror(errno)),
-                   "TMPDIR names a folder that can be written");
+                   "Set TMPDIR to a folder that can be written");
   }
   ::close(file);
   return TemporaryFile(*pattern);
@@ -140,7 +140,7 @@ Result<TemporaryFolder> TemporaryFolder::create() {
   if (::mkdtemp(pattern->data()) == nullptr) {
     return failure(Code::kFileNotWritable, "",
                    fmt::format("no temporary folder can be made: '{}': {}", *pattern, std::strerror(errno)),
-                   "TMPDIR names a folder that can be written");
+                   "Set TMPDIR to a folder that can be written");
   }
   return TemporaryFolder(*pattern);
 }

@@ -17,10 +17,10 @@ Eigen::Vector3d read_direction(ObjectReader& reader, std::string_view key, const
   if (length > kShortest && length < kLongest) return given;
   if (length <= kShortest) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at(key), "a direction of no length",
-                               "a vector that is not zero");
+                               "Give a vector that is not zero");
   } else {
     reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("a direction of length {:.3g}", length),
-                               fmt::format("at most {:g}", kLongest));
+                               fmt::format("Choose at most {:g}", kLongest));
   }
   return fallback;
 }

@@ -4,13 +4,13 @@
 
 namespace takt::collision {
 
-ContactRules::ContactRules(const CellShapes& shapes, const Situation& situation)
+ContactRules::ContactRules(const CellShapes& shapes, const CellState& situation)
     : shapes_(shapes), holders_(situation.holders) {
   const int count = static_cast<int>(shapes.scene.bodies().size());
   for (int body = 0; body < count; ++body) roles_.push_back(role_of(body, situation));
 }
 
-ContactRules::Role ContactRules::role_of(int body, const Situation& situation) const {
+ContactRules::Role ContactRules::role_of(int body, const CellState& situation) const {
   const Scene& scene = shapes_.scene;
   const std::string& owner = scene.body(body).owner;
   Role role{.arm = {}, .machine = !shapes_.objects.contains(owner), .known = !situation.unknown.contains(body)};

@@ -12,7 +12,7 @@
 namespace takt::collision {
 
 /// A cell at one time, as it is believed to be.
-struct Situation {
+struct CellState {
   State state;
   std::map<int, std::set<std::string>> holders = {};  ///< by body of an object: the grippers that hold it
   std::set<int> unknown = {};                         ///< bodies of objects of which nobody knows where they are
@@ -33,7 +33,7 @@ enum class Contact {
 class ContactRules {
  public:
   /// The shapes must outlive it. Realtime: setup.
-  ContactRules(const CellShapes& shapes, const Situation& situation);
+  ContactRules(const CellShapes& shapes, const CellState& situation);
 
   /// What it would be if two bodies touched. Bodies that one joint connects, or that are fixed to each other, are not
   /// asked for (Scene::never_meet). Realtime: setup.
@@ -50,7 +50,7 @@ class ContactRules {
     bool base = false;  ///< `arm` is a base
   };
   [[nodiscard]] const Role& role(int body) const { return roles_[static_cast<std::size_t>(body)]; }
-  [[nodiscard]] Role role_of(int body, const Situation& situation) const;
+  [[nodiscard]] Role role_of(int body, const CellState& situation) const;
   [[nodiscard]] bool holds(int gripper, int object) const;
   [[nodiscard]] bool may_be_touched(int body) const;
   [[nodiscard]] bool wants_to_touch(int body, const Touching& touching) const;

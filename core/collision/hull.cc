@@ -61,13 +61,15 @@ Result<HullMesh> convex_hull(std::span<const Eigen::Vector3d> points) {
     if (!point.allFinite()) return failure(Code::kInvalidValue, "", "a point of the hull is not finite");
   }
   if (points.size() < 4)
-    return failure(Code::kInvalidValue, "", "a hull of fewer than four points has no inside", "a solid");
+    return failure(Code::kInvalidValue, "", "a hull of fewer than four points has no inside",
+                   "Give the points of a solid");
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
   for (const Eigen::Vector3d& point : points) coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
   HullState state;
   if (!state.run(coordinates))
-    return failure(Code::kInvalidValue, "", "all points of the hull lie in one plane, or nearly so", "a solid");
+    return failure(Code::kInvalidValue, "", "all points of the hull lie in one plane, or nearly so",
+                   "Give the points of a solid");
   HullMesh hull;
   std::map<int, int> numbers;  // of points that are corners
   qhT* const qh = state.get();

@@ -10,7 +10,7 @@ std::string ActionModel::add_state(FragmentWriter&, const std::string&, const nl
 }
 
 Result<std::shared_ptr<const ActionModel>> ActionModel::plan(const ActuatorModel&, const Places&) const {
-  return failure(Code::kRequires, {}, std::string(name()) + " is not planned", "an action that plans itself");
+  return failure(Code::kRequires, {}, std::string(name()) + " is not planned", "Give an action that plans itself");
 }
 
 Action::Action(std::shared_ptr<const ActionModel> model)
@@ -20,7 +20,7 @@ Action::Action(std::shared_ptr<const ActionModel> model)
 State Action::at_path(double fraction) const {
   if (!(fraction >= 0.0 && fraction <= 1.0))
     return State(broken(Code::kOutOfRange, net::ValueType::kBoolean, fmt::format("a share of {:g} of a path", fraction),
-                        "from 0 to 1"));
+                        "Choose a share from 0 to 1"));
   return State(leaf(net::ValueType::kBoolean, subject_, "at_path", {{"fraction", fraction}}));
 }
 State Action::via_passed(int i) const {

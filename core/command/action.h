@@ -81,11 +81,11 @@ class ActionModel {
   [[nodiscard]] virtual const PlannedMotion* planned_motion() const { return nullptr; }
 
   /// Of a planned motion with which another one may go on before its goal (PlannedMotion::leaving).
-  struct Left {
+  struct BlendOut {
     const PlannedMotion* motion = nullptr;  ///< null: it comes to rest first
     int abort_handlers = 0;  ///< the first event handlers of its command, which cancel it where it must not go on
   };
-  [[nodiscard]] virtual Left left_in_motion() const { return {}; }
+  [[nodiscard]] virtual BlendOut left_in_motion() const { return {}; }
 
   /// Whether it must be planned before it can be mapped.
   [[nodiscard]] virtual bool needs_plan() const { return false; }

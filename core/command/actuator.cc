@@ -160,7 +160,7 @@ class JointActuator final : public ActuatorModel {
     const Eigen::Index count = arm()->device->description().limits.velocity.size();
     if (joint_ >= 0 && joint_ < count) return std::nullopt;
     return fault_of(Code::kOutOfRange, fmt::format("'{}' has no joint {}", arm_.name(), joint_),
-                    fmt::format("0 to {}", count - 1));
+                    fmt::format("Choose 0 to {}", count - 1));
   }
   void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
     arm_.model().add_consumer(fragment, set_point);
@@ -211,7 +211,7 @@ class PairActuator final : public ActuatorModel {
         states_{{"completed", leader.completed() && follower.completed()},
                 {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
     if (leader.name() == follower.name())
-      fault_ = fault_of(Code::kDuplicate, fmt::format("'{}' twice", leader.name()), "two arms");
+      fault_ = fault_of(Code::kDuplicate, fmt::format("'{}' twice", leader.name()), "Name two arms");
     for (const Actuator* arm : {&leader, &follower})
       if (auto fault = arm->model().fault(); fault && !fault_) fault_ = std::move(fault);
   }
@@ -415,7 +415,7 @@ Actuator joint(const Cell& cell, const std::string& name, int index) {
 
 Actuator composed(std::string name, const std::vector<Actuator>& parts) {
   if (parts.empty()) {
-    Diagnostic nothing = fault_of(Code::kMissing, fmt::format("'{}' has no parts", name), "at least one actuator");
+    Diagnostic nothing = fault_of(Code::kMissing, fmt::format("'{}' has no parts", name), "Name at least one actuator");
     return missing(std::move(name), std::move(nothing));
   }
   return Actuator(std::make_shared<const ComposedActuator>(std::move(name), parts));

@@ -39,7 +39,7 @@ class Checker {
   Diagnostics run() {
     for (const std::string& path : tree_.doubles()) {
       error(Code::kDuplicate, path, "C6", "this command is in the tree twice",
-            "a command of its own: a command runs once at most");
+            "Add a command of its own: each runs once at most");
     }
     for (int i = 0; i < tree_.size(); ++i) {
       check_name(i);
@@ -70,11 +70,11 @@ class Checker {
 
   void check_name(int i) {
     if (node(i).name.empty())
-      diagnostics_.error(Code::kMissing, path(i), "a command without a name", "a name of its own");
+      diagnostics_.error(Code::kMissing, path(i), "a command without a name", "Give it a name of its own");
     const int parent = tree_.at(i).parent;
     if (parent < 0 || names_.emplace(parent, node(i).name).second) return;
     diagnostics_.error(Code::kDuplicate, path(i), fmt::format("'{}' has two commands of this name", node(parent).name),
-                       "each name once");
+                       "Use each name once");
   }
 
   void check_observation(int i, const Observation& observation) {
@@ -82,7 +82,7 @@ class Checker {
     const std::string name = tree_.name_of(i, observation);
     if (!observed_.insert(name).second) {
       diagnostics_.error(Code::kDuplicate, location, fmt::format("'{}' is observed twice", name),
-                         "each name once in a tree");
+                         "Use each name once in a tree");
     }
     formulas_.check(observation.value, location);
     if (observation.when) formulas_.check(observation.when, location);
@@ -105,18 +105,18 @@ class Checker {
       return error(
           Code::kInvalidValue, path(i), "C8",
           fmt::format("{} gives {}, which '{}' does not accept", action.name(), name_of(gives), actuator.name()),
-          fmt::format("it accepts {}", fmt::join(names, ", ")));
+          fmt::format("Use an action that gives {}", fmt::join(names, ", ")));
     }
     const auto modes = actuator.modes();
     const auto mode = action.mode();
     if (mode && std::ranges::find(modes, *mode) == modes.end()) {
       std::vector<std::string_view> names;
       for (const device::ControlMode one : modes) names.push_back(device::name_of(one));
-      return error(Code::kInvalidValue, path(i), "C8",
-                   fmt::format("{} gives {} for mode {}, which '{}' does not accept", action.name(), name_of(gives),
-                               device::name_of(*mode), without_mode(actuator, *mode)),
-                   names.empty() ? std::string("it accepts them without a mode")
-                                 : fmt::format("it accepts them for {}", fmt::join(names, ", ")));
+      return error(
+          Code::kInvalidValue, path(i), "C8",
+          fmt::format("{} gives {} for mode {}, which '{}' does not accept", action.name(), name_of(gives),
+                      device::name_of(*mode), without_mode(actuator, *mode)),
+          names.empty() ? std::string("Remove the mode") : fmt::format("Use one for {}", fmt::join(names, ", ")));
     }
     if (!action.needs_plan()) diagnostics_.append(action.check(actuator), path(i));
   }
@@ -125,7 +125,7 @@ class Checker {
     for (int i = 0; i < tree_.size(); ++i) {
       if (!node(i).is_runtime() || !node(i).model().needs_plan()) continue;
       diagnostics_.error(Code::kRequires, path(i), fmt::format("{} is not planned", node(i).model().name()),
-                         "plan() before it is mapped");
+                         "Call plan() before it is mapped");
     }
   }
 
@@ -137,7 +137,7 @@ class Checker {
   void check_time(const std::string& location, double seconds) {
     if (seconds >= 0.0 && seconds <= kLongestTime) return;
     diagnostics_.error(Code::kOutOfRange, location, fmt::format("a time of {:g} s", seconds),
-                       fmt::format("0 to {:g} s", kLongestTime));
+                       fmt::format("Choose 0 to {:g} s", kLongestTime));
   }
 
   void check_transaction(int i) {
@@ -146,17 +146,17 @@ class Checker {
       if (child >= 0 && tree_.at(child).parent == i) continue;
       error(Code::kInvalidValue, path(i), "C4",
             fmt::format("cancel is forwarded to '{}', which is not directly inside", target->name),
-            "commands of this transaction");
+            "Forward it to commands of this transaction");
     }
     if (startable(i).empty()) {
       return error(Code::kNeverFires, path(i), "C9",
                    fmt::format("nothing starts in '{}', so it would never end", node(i).name),
-                   "add_started(), or a handler that starts something by what is not inside of it");
+                   "Use add_started(), or a handler that starts something by what is not inside of it");
     }
     for (const int child : tree_.at(i).children) {
       if (!tree_.at(child).with_parent && tree_.acting_on(Kind::kStart, child).empty())
         error(Code::kNeverFires, path(child), "C9", fmt::format("nothing ever starts '{}'", node(child).name),
-              "add_started(), or a handler that starts it");
+              "Use add_started(), or a handler that starts it");
     }
   }
 
@@ -216,7 +216,7 @@ class Checker {
     for (const int i : cycle) names.push_back(path(i));
     names.push_back(names.front());
     error(Code::kInvalidValue, names.front(), "C5", fmt::format("it would start itself: {}", fmt::join(names, " -> ")),
-          "each command runs once at most; repetition is the program's");
+          "Repeat it in the program: each command runs once at most");
   }
 
   /// Commands that run together for sure: those that begin in the first cycle of the whole.
@@ -242,7 +242,7 @@ class Checker {
       if (std::ranges::find(devices, device) == devices.end()) continue;
       error(Code::kResourceConflict, path(second), "C7",
             fmt::format("it drives '{}' together with '{}'", device, path(first)),
-            "one after the other, by a handler on `completed`");
+            "Start one after the other, by a handler on `completed`");
     }
   }
 
@@ -259,7 +259,7 @@ class Checker {
 
 Diagnostics check(const Command& command, bool planned) { return Checker(CommandTree(command), planned).run(); }
 
-void add_news(const Diagnostics& more, Diagnostics& found) {
+void append_new(const Diagnostics& more, Diagnostics& found) {
   for (const Diagnostic& one : more.list()) {
     const bool known = std::ranges::any_of(found.list(), [&](const Diagnostic& other) {
       return other.message == one.message && other.pointer.starts_with(one.pointer);

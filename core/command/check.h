@@ -11,6 +11,6 @@ namespace takt::command {
 [[nodiscard]] Diagnostics check(const Command& command, bool planned = true);
 
 /// Adds those of `more` that are not in `found` yet, at their location or below it. Realtime: setup.
-void add_news(const Diagnostics& more, Diagnostics& found);
+void append_new(const Diagnostics& more, Diagnostics& found);
 
 }  // namespace takt::command

@@ -69,10 +69,10 @@ Actuator part_for(const Actuator& actuator, const ActionModel& action) {
       actuator.name(),
       takers.empty()
           ? fault_of(Code::kUnsupported, fmt::format("no part of '{}' accepts {}", actuator.name(), action.name()),
-                     "an action for one of its parts")
+                     "Give an action for one of its parts")
           : fault_of(Code::kConflict,
                      fmt::format("{} parts of '{}' take {}", takers.size(), actuator.name(), action.name()),
-                     fmt::format("one of {}", fmt::join(takers, ", "))));
+                     fmt::format("Name one of {}", fmt::join(takers, ", "))));
 }
 
 /// Whether `inner` is `outer` or inside of it.

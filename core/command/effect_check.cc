@@ -51,16 +51,16 @@ void EffectCheck::check_start(const Handler& h) {
   if (!tree_.at(h.owner).node->is_transaction()) {
     return error(h, Code::kConflict, "C1",
                  fmt::format("'{}' is not a transaction, so there is nothing that it could start", name(h.owner)),
-                 "the handler on the transaction around it");
+                 "Put the handler on the transaction around it");
   }
   if (target < 0 || tree_.at(target).parent != h.owner) {
     return error(h, Code::kConflict, "C1",
                  fmt::format("start of '{}', which is not directly inside of '{}'", subject->name, name(h.owner)),
-                 "a command of the handler's own transaction");
+                 "Start a command of the handler's own transaction");
   }
   if (tree_.at(target).with_parent) {
     error(h, Code::kInvalidValue, "C5", fmt::format("'{}' starts with its transaction already", subject->name),
-          "add() in place of add_started(), or no handler");
+          "Use add() in place of add_started(), or remove the handler");
   }
   check_start_condition(h);
 }
@@ -71,7 +71,7 @@ void EffectCheck::check_start_condition(const Handler& h) {
   for (const SubjectPtr& subject : subjects_of(state)) {
     if (tree_.find(subject) != h.owner || !mentions(state, subject, "completed")) continue;
     error(h, Code::kInvalidValue, "C5", fmt::format("'{}' has ended when it is completed", name(h.owner)),
-          "the state `completed` of a command inside");
+          "Use the state `completed` of a command inside");
   }
 }
 
@@ -82,7 +82,7 @@ void EffectCheck::check_end(const Handler& h) {
   error(h, Code::kConflict, "C2",
         fmt::format("{} of '{}', which is neither '{}' nor inside of it", name_of(effect.kind), effect.target->name,
                     name(h.owner)),
-        "the handler on the target itself or on a transaction around it");
+        "Put the handler on the target itself or on a transaction around it");
 }
 
 void EffectCheck::check_raise(const Handler& h) {
@@ -91,12 +91,12 @@ void EffectCheck::check_raise(const Handler& h) {
   if (owner >= 0 && tree_.is_inside(h.owner, owner)) return;
   error(h, Code::kInvalidValue, "C10",
         fmt::format("'{}' does not belong to a transaction around '{}'", state->name, name(h.owner)),
-        "TransactionCommand::raised() of a transaction around the handler");
+        "Use TransactionCommand::raised() of a transaction around the handler");
 }
 
 void EffectCheck::check_external(const Handler& h) {
   if (h.handler->effect.name.empty())
-    diagnostics_.error(Code::kMissing, h.path, "an external effect without a name", "a name");
+    diagnostics_.error(Code::kMissing, h.path, "an external effect without a name", "Give it a name");
 }
 
 }  // namespace takt::command

@@ -35,11 +35,11 @@ void FormulaCheck::check_leaf(const Expression& leaf, const std::string& locatio
     return error(
         Code::kUnknownName, location, "C6",
         fmt::format("a state of '{}', which is not, or more than once, in the tree '{}'", name, tree_.at(0).path),
-        "states of commands and actions in this tree");
+        "Use states of commands and actions in this tree");
   }
   if (leaf.output == "timed_out" && !(node(of).until && node(of).seconds)) {
     return error(Code::kRequires, location, "C8", fmt::format("'{}' has no timeout, so it never times out", name),
-                 "a wait for a state, with a timeout");
+                 "Use a wait for a state, with a timeout");
   }
   if (leaf.subject->kind == Subject::Kind::kAction) check_state(of, leaf, location);
 }
@@ -47,7 +47,7 @@ void FormulaCheck::check_leaf(const Expression& leaf, const std::string& locatio
 void FormulaCheck::check_raised(const Expression& leaf, const std::string& location) {
   if (tree_.find_raised(leaf.subject) >= 0) return;
   error(Code::kInvalidValue, location, "C10", fmt::format("state '{}' is raised in another tree", leaf.subject->name),
-        "TransactionCommand::raised() of a transaction around this formula");
+        "Use TransactionCommand::raised() of a transaction around this formula");
 }
 
 void FormulaCheck::check_driven(const std::string& actuator, const std::string& location) {
@@ -55,7 +55,7 @@ void FormulaCheck::check_driven(const std::string& actuator, const std::string& 
     if (node(i).is_runtime() && drives(*node(i).actuator, actuator)) return;
   }
   error(Code::kUnknownName, location, "C6", fmt::format("no command in this tree gives '{}' set points", actuator),
-        "an actuator of a command in this tree");
+        "Name an actuator of a command in this tree");
 }
 
 /// The action of command i has the state.
@@ -65,7 +65,7 @@ void FormulaCheck::check_state(int i, const Expression& leaf, const std::string&
   offered.insert(offered.end(), {"started", "completed"});
   if (std::ranges::find(offered, leaf.output) != offered.end()) return;
   error(Code::kUnknownName, location, "C8", fmt::format("{} has no state '{}'", leaf.subject->name, leaf.output),
-        fmt::format("it offers {}", fmt::join(offered, ", ")));
+        fmt::format("Use one of {}", fmt::join(offered, ", ")));
 }
 
 /// Which points a motion passes is known once it is planned.
@@ -75,7 +75,7 @@ void FormulaCheck::check_via(const CommandNode& command, const Expression& leaf,
   const int count = command.model().via_count();
   if (count == 0 || (index >= 0 && index < count)) return;  // none: it has no such state
   error(Code::kUnknownName, location, "C8", fmt::format("{} passes no point {}", leaf.subject->name, index),
-        fmt::format("points 0 to {}", count - 1));
+        fmt::format("Choose a point from 0 to {}", count - 1));
 }
 
 }  // namespace takt::command

@@ -35,7 +35,7 @@ class HandlerCheck {
       diagnostics_.error(
           Code::kNeverFires, h.path,
           fmt::format("C11: it never acts: '{}' begins only when '{}' has ended", name(late), name(h.owner)),
-          "the handler on a transaction around both");
+          "Put the handler on a transaction around both");
     } else if (h.handler->effect.kind == Kind::kStart && waits_for_sensors(h)) {
       diagnostics_.note(h.path,
                         fmt::format("'{}' does not end before '{}' has started: it waits for what sensors say",

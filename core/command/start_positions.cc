@@ -67,7 +67,7 @@ Result<Places> StartPositions::all_at_given_begin(int i, const JointVector& q) c
   const device::ArmDescription& arm = actuator.arms().front()->device->description();
   if (q.size() != arm.limits.velocity.size())
     return failure(Code::kWrongSize, "/from", fmt::format("{} joints for '{}'", q.size(), device),
-                   fmt::format("{} joints", arm.limits.velocity.size()));
+                   fmt::format("Give {} joints", arm.limits.velocity.size()));
   // START checks an arm whose position is not known here.
   const bool said = begins_.contains(device) || !rivals_before(i, device).empty();
   const auto there = said ? begin_of(i, device, *actuator.arms().front()) : std::nullopt;
@@ -75,7 +75,7 @@ Result<Places> StartPositions::all_at_given_begin(int i, const JointVector& q) c
     return failure(Code::kConflict, "/from",
                    fmt::format("'{}' begins elsewhere than where '{}' will be: a joint is off by {:.3g}", node(i).name,
                                device, (*there - q).cwiseAbs().maxCoeff()),
-                   "where the motion before it ends");
+                   "Begin where the motion before it ends");
   Places places{{device, q}};
   add_others(i, places);
   return places;
@@ -311,8 +311,8 @@ void StartPositions::report_unknown(int i, const std::string& device, Diagnostic
       fmt::format("the position of '{}' when '{}' begins is unknown before the run: it depends on where {} may have "
                   "been cut short",
                   device, node(i).name, names),
-      "a start on the natural end of the motion before it: completed, and not cancelled where something may "
-      "cancel it; or a motion after all this");
+      "Start on the natural end of the motion before it (completed, and not cancelled where something may cancel it), "
+      "or add a motion after all this");
 }
 
 }  // namespace takt::command

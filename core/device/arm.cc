@@ -23,7 +23,7 @@ bool usable(const ArmSample& sample, int joint_count) {
 constexpr int kAnswerCycles = 5;
 
 /// Loads within 1 g and 0.1 mm are one.
-std::optional<net::Text> tool_misfit(const ToolSetting& was, const ToolSetting& wanted) {
+std::optional<net::Text> tool_mismatch(const ToolSetting& was, const ToolSetting& wanted) {
   constexpr double kMass_kg = 1e-3, kWay_m = 1e-4;
   const double apart = (wanted.X_FT.translation() - was.X_FT.translation()).norm();
   if (std::abs(wanted.payload.mass - was.payload.mass) > kMass_kg)
@@ -270,7 +270,7 @@ std::optional<net::Text> Arm::seam_mismatch(const Seam& end, const Seam& begin) 
       return net::format_text("begins in mode {}, not {}", begin.mode.view(), end.mode.view());
   }
   if (begin.tool && end.tool) {
-    if (const auto text = tool_misfit(*end.tool, *begin.tool)) return text;
+    if (const auto text = tool_mismatch(*end.tool, *begin.tool)) return text;
   }
   const double h = to_seconds(period_);
   double open = h * h * h;  // what a jerk of 1 does to a position in one period; then to a velocity, an acceleration

@@ -96,7 +96,7 @@ void ArmReader::read_chain(std::span<const std::string> rolling) {
     if (!std::isfinite(arm_.limits.velocity[i]))
       reader_.diagnostics().error(Code::kMissing, reader_.at("urdf"),
                                   fmt::format("joint '{}' has no velocity limit", joint->name),
-                                  "add <limit velocity=\"...\"/> to the URDF");
+                                  "Add <limit velocity=\"...\"/> to the URDF");
   }
   arm_.chain = std::make_shared<const kinematics::Chain>(std::move(*chain));
   arm_.links = std::make_shared<const kinematics::LinkPaths>(*arm_.robot, arm_.base_link, arm_.joint_names);
@@ -113,7 +113,7 @@ void ArmReader::check_home() {
                                 reader_.at("home_rad") + pointer_segment(static_cast<std::size_t>(i)),
                                 fmt::format("{} is outside the range of joint '{}'", arm_.home[i],
                                             arm_.joint_names[static_cast<std::size_t>(i)]),
-                                fmt::format("[{}, {}]", arm_.limits.lower[i], arm_.limits.upper[i]));
+                                fmt::format("Choose a value in [{}, {}]", arm_.limits.lower[i], arm_.limits.upper[i]));
   }
 }
 

@@ -84,15 +84,15 @@ class BaseReader {
     if (names.size() != base_.wheels.size()) {
       return drive.diagnostics().error(Code::kWrongSize, drive.at("wheels"), fmt::format("{} wheels", names.size()),
                                        base_.wheels.size() == 2
-                                           ? "two joints: left, right"
-                                           : "four joints: front left, front right, rear left, rear right");
+                                           ? "Name two joints: left, right"
+                                           : "Name four joints: front left, front right, rear left, rear right");
     }
     std::set<std::string> seen;
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::string pointer = drive.at("wheels") + pointer_segment(i);
       if (!seen.insert(names[i]).second)
         drive.diagnostics().error(Code::kDuplicate, pointer, fmt::format("duplicate wheel '{}'", names[i]),
-                                  "each wheel once");
+                                  "Name each wheel once");
       base_.wheels[i] = names[i];
       check_wheel(names[i], pointer);
     }
@@ -110,7 +110,7 @@ class BaseReader {
     const bool rolls = joint->type == JointType::kContinuous && (joint->axis - Eigen::Vector3d::UnitY()).norm() < 1e-9;
     if (!rolls) {
       reader_.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is not a wheel", name),
-                                  "a continuous joint about +y, so that a positive speed drives forward");
+                                  "Make it a continuous joint about +y, so that a positive speed drives forward");
     }
   }
 
@@ -125,7 +125,7 @@ class BaseReader {
     reader_.diagnostics().error(
         Code::kInvalidValue, reader_.at("flange"),
         fmt::format("the joints from '{}' to '{}' are not those of a base", base_.base_link, base_.flange_link),
-        "three: along x, along y, about z, with their frames in one point");
+        "Give three: along x, along y, about z, with their frames in one point");
     return false;
   }
 
@@ -159,14 +159,14 @@ class BaseReader {
           Code::kConflict, reader_.at("urdf"),
           fmt::format("joints '{}' and '{}' have the velocity limits {} and {}", base_.joint_names[kX],
                       base_.joint_names[kY], base_.limits.velocity[kX], base_.limits.velocity[kY]),
-          "the same: it is that of the vector");
+          "Give both the same: it is that of the vector");
     }
     for (int i = 0; i < 3; ++i) {
       if (std::isfinite(base_.effort[i])) continue;
       reader_.diagnostics().error(
           Code::kMissing, reader_.at("urdf"),
           fmt::format("joint '{}' has no effort limit", base_.joint_names[static_cast<std::size_t>(i)]),
-          "add <limit effort=\"...\"/> to the URDF");
+          "Add <limit effort=\"...\"/> to the URDF");
     }
   }
 
@@ -174,7 +174,7 @@ class BaseReader {
     for (const ControlMode mode : base_.modes.modes) {
       if (mode == ControlMode::kPosition) continue;
       reader_.diagnostics().error(Code::kUnknownName, reader_.at("control") + "/modes",
-                                  fmt::format("a base has no mode '{}'", name_of(mode)), "[\"position\"]");
+                                  fmt::format("a base has no mode '{}'", name_of(mode)), "Write [\"position\"]");
     }
   }
 
@@ -197,7 +197,7 @@ class BaseReader {
         fmt::format("{:g} m/s{} with {:g} rad/s would turn a wheel with {:.4g} rad/s, beyond {:g}", c.linear_velocity,
                     kinematics::is_nonholonomic(base_.drive) ? "" : " at 45 degrees", c.angular_velocity, fastest,
                     base_.wheel_speed),
-        "slower joints in the URDF");
+        "Slow the joints down in the URDF");
   }
 
   /// A body whose origin lies off the axle would swing sideways when it turns.
@@ -209,7 +209,7 @@ class BaseReader {
         Code::kInvalidValue, reader_.at("flange"),
         fmt::format("the middle of the wheels is {:g} m ahead and {:g} m to the left of '{}'", p_FD.x(), p_FD.y(),
                     base_.flange_link),
-        "a link whose origin is in the middle of the axle: about it a differential drive turns");
+        "Name a link whose origin is in the middle of the axle: about it a differential drive turns");
   }
 
   void finish() {

@@ -39,11 +39,11 @@ void check_unit(const ChannelDescription& channel, Diagnostics& diagnostics) {
   for (std::size_t i = 0; right && i < terms->size(); ++i) right = (*terms)[i].variables.empty();
   if (!right)
     diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' is not a unit", channel.unit),
-                      "such as m/s, rad, N, 1");
+                      "Use a unit such as m/s, rad, N, 1");
   const bool two = channel.type == ValueType::kTwist || channel.type == ValueType::kWrench;
   if (right && terms->size() > (two ? 2u : 1u))
     diagnostics.error(Code::kInvalidValue, "/unit", fmt::format("'{}' are two units", channel.unit),
-                      "one for all components");
+                      "Give one for all components");
 }
 
 void check_frame(const ChannelDescription& channel, Diagnostics& diagnostics) {
@@ -56,8 +56,8 @@ void check_frame(const ChannelDescription& channel, Diagnostics& diagnostics) {
   if (whole && names == wanted) return;
   diagnostics.error(Code::kInvalidValue, "/frame",
                     fmt::format("'{}' is not a frame of a {}", channel.frame, net::name_of(channel.type)),
-                    wanted == 2   ? "'A>B', the pose of B in A"
-                    : wanted == 1 ? "the frame that it is expressed in, one name"
+                    wanted == 2   ? "Write 'A>B', the pose of B in A"
+                    : wanted == 1 ? "Name the frame that it is expressed in"
                                   : "none");
 }
 
@@ -76,7 +76,7 @@ Result<std::unique_ptr<Channel>> Channel::make(const ChannelDescription& descrip
   check_unit(description, diagnostics);
   check_frame(description, diagnostics);
   if (description.timeout < 0)
-    diagnostics.error(Code::kOutOfRange, "/timeout", "a timeout below 0", "0 for none, or a time in seconds");
+    diagnostics.error(Code::kOutOfRange, "/timeout", "a timeout below 0", "Give 0 for none, or a time in seconds");
   if (description.initial && description.initial->index() != static_cast<std::size_t>(description.type)) {
     diagnostics.error(Code::kTypeMismatch, "/initial",
                       fmt::format("a {}, but the channel carries a {}",

@@ -20,14 +20,15 @@ void collect_leaves(std::span<net::Resource* const> parts, std::vector<net::Reso
 }  // namespace
 
 Result<std::unique_ptr<ComposedDevice>> ComposedDevice::make(std::string name, std::vector<net::Resource*> parts) {
-  if (parts.empty()) return failure(Code::kMissing, "", fmt::format("'{}' has no parts", name), "at least one device");
+  if (parts.empty())
+    return failure(Code::kMissing, "", fmt::format("'{}' has no parts", name), "Name at least one device");
   std::vector<net::Resource*> leaves;
   collect_leaves(parts, leaves);
   auto sorted = leaves;
   std::ranges::sort(sorted);
   if (std::ranges::adjacent_find(sorted) != sorted.end())
     return failure(Code::kDuplicate, "", fmt::format("'{}' contains a device twice", name),
-                   "each part once, also inside other wholes");
+                   "Name each part once, also inside other wholes");
   return std::unique_ptr<ComposedDevice>(new ComposedDevice(std::move(name), std::move(parts), std::move(leaves)));
 }
 

@@ -50,14 +50,14 @@ void read_change(const Json& json, const std::string& pointer, Diagnostics& diag
     change.duration = static_cast<Nanoseconds>(reader.number("duration_ms", {}, kNotNegative) * kMillisecond);
   if (!takes_time && change.duration > 0)
     diagnostics.error(Code::kConflict, reader.at("duration_ms"), "a seamless change takes no time",
-                      "no duration, or another class");
+                      "Remove the duration, or choose another class");
   for (const ControlMode mode : {change.from, change.to})
     if (!modes.has(mode))
       diagnostics.error(Code::kUnknownName, pointer, fmt::format("it has no mode '{}'", name_of(mode)), modes.list());
   if (change.from == change.to || modes.find(change.from, change.to) != nullptr)
     diagnostics.error(Code::kDuplicate, pointer,
                       fmt::format("from '{}' to '{}' again", name_of(change.from), name_of(change.to)),
-                      "each pair of two modes once");
+                      "Give each pair of two modes once");
   reader.finish();
   modes.changes.push_back(change);
 }
@@ -111,7 +111,7 @@ class RangeReader {
   void check_below(double value, double most, const char* key) {
     if (value > most)
       reader_.diagnostics().error(Code::kOutOfRange, reader_.at(key), fmt::format("{} is above the largest", value),
-                                  fmt::format("at most {}", most));
+                                  fmt::format("Keep it to at most {}", most));
   }
 
   void read_rest() {

@@ -4,9 +4,9 @@
 
 namespace takt::device {
 
-std::string_view name_of(Reality reality) {
-  if (reality == Reality::kSimulated) return "SIM";
-  return reality == Reality::kEmulated ? "EMULATED" : "HARDWARE";
+std::string_view name_of(BackendMode reality) {
+  if (reality == BackendMode::kSimulated) return "SIM";
+  return reality == BackendMode::kEmulated ? "EMULATED" : "HARDWARE";
 }
 
 DriverKinds& DriverKinds::global() {

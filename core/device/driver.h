@@ -23,13 +23,13 @@
 namespace takt::device {
 
 /// What is on the other end of a device's back end. Start-up, verdict and recording say it for every device.
-enum class Reality : std::uint8_t {
+enum class BackendMode : std::uint8_t {
   kSimulated,  ///< SIM: the device is simulated in this process, without a wire
   kEmulated,   ///< EMULATED: the driver of the real device, against an emulated controller
   kHardware    ///< HARDWARE: something moves
 };
 /// "SIM", "EMULATED", "HARDWARE".
-[[nodiscard]] std::string_view name_of(Reality reality);
+[[nodiscard]] std::string_view name_of(BackendMode reality);
 
 /// What a site says of one device that has a driver: read from a site file, or from ADDR of --backend. Each kind
 /// derives what it needs.
@@ -40,8 +40,8 @@ struct DriverSettings {
 
   /// Driver and emulated controller share the process and its virtual time.
   [[nodiscard]] bool in_process() const { return address == "virtual"; }
-  [[nodiscard]] Reality reality() const {
-    return in_process() || emulated_peer ? Reality::kEmulated : Reality::kHardware;
+  [[nodiscard]] BackendMode reality() const {
+    return in_process() || emulated_peer ? BackendMode::kEmulated : BackendMode::kHardware;
   }
 };
 

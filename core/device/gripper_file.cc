@@ -16,7 +16,7 @@ std::pair<double, double> read_interval(ObjectReader& reader, const char* key) {
   if (ends.size() != 2) return {0.0, 0.0};
   if (ends[0] > ends[1]) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("from {} to {}", ends[0], ends[1]),
-                               "[smallest, largest]");
+                               "Write [smallest, largest]");
   }
   return {ends[0], ends[1]};
 }
@@ -26,7 +26,7 @@ void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gr
   gripper.fingers = reader.texts("fingers");
   if (gripper.fingers.size() != 2) {
     reader.diagnostics().error(Code::kWrongSize, reader.at("fingers"), fmt::format("{} joints", gripper.fingers.size()),
-                               "the two joints of a parallel gripper");
+                               "Give the two joints of a parallel gripper");
   }
   if (file.robot() == nullptr) return;
   std::vector<std::string> joints;
@@ -40,11 +40,11 @@ void read_fingers(DeviceFile& file, ObjectReader& reader, GripperDescription& gr
                                  nearest_choice(gripper.fingers[i], joints));
     } else if (joint->type != kinematics::JointType::kPrismatic || joint->lower != 0.0) {
       reader.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("joint '{}' is not a finger", joint->name),
-                                 "prismatic, zero where the gripper is closed, opening with positive values");
+                                 "Make it prismatic, zero where the gripper is closed, opening with positive values");
     } else if (gripper.stroke > 0.0 && joint->upper != 0.5 * gripper.stroke) {
       reader.diagnostics().error(Code::kInvalidValue, pointer,
                                  fmt::format("joint '{}' moves {} m", joint->name, joint->upper),
-                                 "all fingers move as far");
+                                 "Give all fingers the same travel");
     } else {
       gripper.stroke = 2.0 * joint->upper;
     }

@@ -72,7 +72,7 @@ void MaterialTable::read(const Json* entries, const Json* contacts, const std::s
     MaterialRule rule;
     if (between.size() != 2) {
       diagnostics.error(Code::kWrongSize, reader.at("between"), fmt::format("{} materials", between.size()),
-                        "the two materials that touch");
+                        "Name the two materials that touch");
     } else {
       for (std::size_t side = 0; side < 2; ++side) {
         (void)find(between[side], reader.at("between") + pointer_segment(side), diagnostics);
@@ -112,7 +112,7 @@ Result<MaterialTable> read_materials(const ModelLibrary& library) {
       for (const auto& [name, ignored_entry] : entries->items()) {
         if (!table.materials.contains(name)) continue;
         own.error(Code::kDuplicate, reader.at("materials") + pointer_segment(name),
-                  fmt::format("the material '{}' is known from another folder", name), "another name");
+                  fmt::format("the material '{}' is known from another folder", name), "Choose another name");
       }
     }
     table.read(entries, reader.array("contacts", false), "", own);

@@ -50,10 +50,10 @@ void read_springs(ObjectReader& parent, const kinematics::RobotModel* robot, std
     reader.finish();
     if (joint->lower > 0.0 || joint->upper < 0.0) {
       diagnostics.error(Code::kInvalidValue, pointer, fmt::format("joint '{}' cannot be at zero", name),
-                        "a range that holds zero, where the spring rests");
+                        "Give a range that holds zero, where the spring rests");
     } else if (springs.back().preload > 0.0 && joint->lower != 0.0) {
       diagnostics.error(Code::kInvalidValue, pointer, fmt::format("joint '{}' has no stop at zero", name),
-                        "a preload needs a range from zero on");
+                        "Give the joint a range that begins at zero, or remove the preload");
     }
   }
 }

@@ -14,7 +14,7 @@ std::pair<double, double> read_span(ObjectReader& reader, const char* key) {
   if (ends.size() != 2) return {0.0, 0.0};
   if (ends[0] > ends[1]) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("from {} to {}", ends[0], ends[1]),
-                               "[smallest, largest]");
+                               "Write [smallest, largest]");
   }
   return {ends[0], ends[1]};
 }

@@ -21,13 +21,13 @@ void read_analog(ObjectReader& reader, IoChannel& channel) {
   const auto unit = net::parse_unit(channel.unit);
   if (!channel.unit.empty() && (!unit || unit->size() != 1 || !unit->front().variables.empty())) {
     reader.diagnostics().error(Code::kInvalidValue, reader.at("unit"), fmt::format("'{}' is not a unit", channel.unit),
-                               "such as V, A, m, N, 1");
+                               "Use a unit such as V, A, m, N, 1");
   }
   const auto ends = reader.numbers("range", 2);
   if (ends.size() == 2) std::tie(channel.lower, channel.upper) = std::pair(ends[0], ends[1]);
   if (!(channel.lower < channel.upper)) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at("range"),
-                               fmt::format("from {} to {}", channel.lower, channel.upper), "[smallest, largest]");
+                               fmt::format("from {} to {}", channel.lower, channel.upper), "Write [smallest, largest]");
   }
 }
 
@@ -75,10 +75,10 @@ void read_channels(ObjectReader& reader, const char* key, Kind kind, std::vector
     const std::string pointer = reader.at(key) + pointer_segment(name);
     if (name.empty() || name.find('/') != std::string::npos)
       reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
-                                 "not empty, no '/'");
+                                 "Choose a name that is not empty and has no '/'");
     if (std::ranges::find(channels, name, &IoChannel::name) != channels.end())
       reader.diagnostics().error(Code::kDuplicate, pointer, fmt::format("'{}' is the name of two terminals", name),
-                                 "each name once");
+                                 "Use each name once");
     channels.push_back(read_channel(kind, name, json, pointer, reader.diagnostics()));
   }
 }
@@ -95,7 +95,8 @@ Result<std::shared_ptr<const BeamDescription>> read_beam(const fs::path& folder,
     const auto ends = reader.numbers("range_m", 2, {}, kNotNegative);
     if (ends.size() == 2) std::tie(beam.range_min, beam.range_max) = std::pair(ends[0], ends[1]);
     if (!(beam.range_min < beam.range_max))
-      reader.diagnostics().error(Code::kOutOfRange, reader.at("range_m"), "the range is empty", "[smallest, largest]");
+      reader.diagnostics().error(Code::kOutOfRange, reader.at("range_m"), "the range is empty",
+                                 "Write [smallest, largest]");
     beam.resolution = reader.number("resolution_m", 0.0, kNotNegative);
     beam.noise = reader.number("noise_sigma_m", 0.0, kNotNegative);
   } else {
@@ -119,7 +120,7 @@ Result<std::shared_ptr<const IoDescription>> read_io(const fs::path& folder) {
   read_channels(reader, "analog_inputs", Kind::kAnalogInput, io.channels);
   read_channels(reader, "analog_outputs", Kind::kAnalogOutput, io.channels);
   if (io.channels.empty())
-    reader.diagnostics().error(Code::kMissing, "", "the block has no terminal", "digital_inputs and the like");
+    reader.diagnostics().error(Code::kMissing, "", "the block has no terminal", "Give digital_inputs or the like");
   io.cycle = read_cycle(reader);
   io.sample_age_max = kSampleCyclesMax * io.cycle;
   return file->finish(reader, std::move(io));

@@ -33,7 +33,7 @@ void check_order(const Thread& thread, const std::string& pointer, Diagnostics& 
                        thread.socket_depth < thread.head_height;
   if (ordered) return;
   diagnostics.error(Code::kInvalidValue, pointer, "the sizes do not fit each other",
-                    "minor < pitch diameter < major < clearance < head; the socket inside the head");
+                    "Keep minor < pitch diameter < major < clearance < head, and the socket inside the head");
 }
 
 Thread read_thread(const nlohmann::ordered_json& json, const std::string& pointer, Diagnostics& diagnostics) {
@@ -66,7 +66,7 @@ void read_file_of(const std::filesystem::path& file, ThreadTable& table, Diagnos
     const Thread thread = read_thread(*entry, pointer, own);
     if (!table.emplace(entry.key(), thread).second) {
       own.error(Code::kDuplicate, pointer, fmt::format("the thread '{}' is known from another folder", entry.key()),
-                "another name");
+                "Choose another name");
     }
   }
   reader.finish();

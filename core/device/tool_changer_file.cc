@@ -18,7 +18,7 @@ constexpr double kMostAngle_deg = 10.0;  ///< more is no misalignment
 std::string read_size(ObjectReader& reader) {
   std::string size = reader.text("size");
   if (reader.has("size") && size.empty())
-    reader.diagnostics().error(Code::kMissing, reader.at("size"), "an empty text", "what both halves are called by");
+    reader.diagnostics().error(Code::kMissing, reader.at("size"), "an empty text", "Give the name of both halves");
   return size;
 }
 
@@ -35,7 +35,7 @@ void check_rigid(DeviceFile& file) {
   for (const kinematics::Joint& joint : file.robot()->joints) {
     if (joint.type == kinematics::JointType::kFixed) continue;
     file.diagnostics().error(Code::kInvalidModel, "/urdf", fmt::format("joint '{}' moves", joint.name),
-                             "fixed joints only");
+                             "Use fixed joints only");
   }
 }
 
@@ -80,7 +80,7 @@ Result<std::shared_ptr<const ToolSideDescription>> read_tool_side(const fs::path
     if (side.coupling_link != file->robot()->root().name)
       file->diagnostics().error(Code::kInvalidModel, "/base",
                                 fmt::format("'{}' is not the root of the URDF", side.coupling_link),
-                                fmt::format("'{}'", file->robot()->root().name));
+                                fmt::format("Name '{}'", file->robot()->root().name));
     side.X_ST = pose_between(*file->robot(), side.coupling_link, side.tool_link);
   }
   return file->finish(reader, std::move(side));

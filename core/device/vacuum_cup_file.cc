@@ -11,7 +11,7 @@ namespace {
 
 std::vector<std::string> links_of(const DeviceFile& file, ObjectReader& reader, const char* key) {
   std::vector<std::string> names = reader.texts(key);
-  if (names.empty()) reader.diagnostics().error(Code::kMissing, reader.at(key), "no lip", "one link or more");
+  if (names.empty()) reader.diagnostics().error(Code::kMissing, reader.at(key), "no lip", "Name one link or more");
   if (file.robot() == nullptr) return names;
   std::vector<std::string> known;
   for (const kinematics::Link& link : file.robot()->links) known.push_back(link.name);
@@ -50,7 +50,7 @@ Result<std::shared_ptr<const VacuumCupDescription>> read_vacuum_cup(const fs::pa
     reader.diagnostics().error(
         Code::kOutOfRange, reader.at("switch_on_Pa"),
         fmt::format("on at {:g} Pa, off at {:g} Pa, of at most {:g} Pa", cup.switch_on, cup.switch_off, cup.vacuum_max),
-        "switch_off_Pa <= switch_on_Pa <= vacuum_max_Pa");
+        "Keep switch_off_Pa <= switch_on_Pa <= vacuum_max_Pa");
   }
   if (file->robot() != nullptr && !file->diagnostics().has_errors()) {
     cup.X_MT = pose_between(*file->robot(), cup.mount_link, cup.tcp_link);

@@ -13,7 +13,7 @@ namespace takt::command {
 namespace {
 
 using collision::CellShapes;
-using collision::Situation;
+using collision::CellState;
 using Json = nlohmann::ordered_json;
 
 /// The body of a flange or link.
@@ -23,7 +23,7 @@ int body_of(const CellShapes& shapes, const world::Carrier& carrier) {
 }
 
 /// What is held or rides is on a flange or link, all else stands in the world.
-void put_objects(const Cell& cell, Situation& situation) {
+void put_objects(const Cell& cell, CellState& situation) {
   const CellShapes& shapes = *cell.shapes;
   for (const auto& [name, object] : cell.objects) {
     const int body = shapes.scene.root_of(name);
@@ -72,7 +72,7 @@ void add_movers(const CellShapes& shapes, const collision::State& state, const s
 }
 
 /// Where what no input of the primitive moves is.
-Json placed(const Cell& cell, const Situation& situation, const FingerWidths& widths) {
+Json placed(const Cell& cell, const CellState& situation, const FingerWidths& widths) {
   const CellShapes& shapes = *cell.shapes;
   Json objects = Json::object(), fingers = Json::object();
   for (const auto& [name, object] : cell.objects) {
@@ -97,9 +97,9 @@ void set_joints(const CellShapes& shapes, const std::string& arm, const kinemati
     state.q[static_cast<std::size_t>(joints[j])] = q[static_cast<Eigen::Index>(j)];
 }
 
-Situation believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths) {
+CellState believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths) {
   const CellShapes& shapes = *cell.shapes;
-  Situation situation{.state = shapes.scene.start()};
+  CellState situation{.state = shapes.scene.start()};
   for (const auto& [arm, joints] : q) set_joints(shapes, arm, joints, situation.state);
   for (const auto& [gripper, width] : widths) {
     const auto fingers = shapes.grippers.find(gripper);
@@ -131,7 +131,7 @@ RealSensor smallest_distance(const Cell& cell, const std::vector<std::string>& s
         return refused(Code::kUnknownName, fmt::format("there is no device, object or body '{}'", name),
                        nearest_choice(name, known));
   const FingerWidths widths = measured_widths(cell);
-  const Situation situation = believed_situation(cell, {}, widths);
+  const CellState situation = believed_situation(cell, {}, widths);
   const collision::ContactRules rules(shapes, situation);
   const auto a = owners_of(shapes, rules, side_a), b = owners_of(shapes, rules, side_b);
   std::set<std::string> arms;

@@ -17,7 +17,7 @@ using FingerWidths = std::map<std::string, double, std::less<>>;
 /// The cell as it is believed to be. The cell has shapes.
 /// @param q       of each arm, rad or m; those that are not there stand where they start
 /// @param widths  of grippers; those that are not there stand as at the start
-[[nodiscard]] collision::Situation believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths);
+[[nodiscard]] collision::CellState believed_situation(const Cell& cell, const Places& q, const FingerWidths& widths);
 
 /// Puts an arm into a state. @param q  rad or m; an arm that the shapes do not have is not put
 void set_joints(const collision::CellShapes& shapes, const std::string& arm, const kinematics::JointVector& q,

@@ -51,12 +51,12 @@ struct MountedArm {
 
   /// Of a copy of the cell for another thread: the settings of the device when the copy was made. It does not change
   /// while the device goes on.
-  struct Told {
+  struct ConfiguredMass {
     kinematics::JointVector q;
     device::ToolSetting tool;
     device::ControlMode mode;
   };
-  std::optional<Told> told = {};
+  std::optional<ConfiguredMass> told = {};
   std::optional<device::ToolSetting> expected = {};  ///< of a rehearsal; nothing: that of the device
 };
 

@@ -41,7 +41,7 @@ void read_threshold(ObjectReader& reader, const std::string& unit, Condition& co
   const bool both_or_none = (reader.child(above) != nullptr) == (reader.child(below) != nullptr);
   if (both_or_none) {
     reader.diagnostics().error(Code::kConflict, reader.pointer(), "exactly one threshold is needed",
-                               fmt::format("'{}' or '{}'", above, below));
+                               fmt::format("Give '{}' or '{}'", above, below));
   }
   condition.above = reader.has(above);
   condition.threshold = reader.number(condition.above ? above : below, 0.0);
@@ -67,7 +67,7 @@ std::vector<Condition> read_operands(ObjectReader& reader, std::string_view key,
     operands.push_back(condition_of((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
   if (operands.empty())
-    reader.diagnostics().error(Code::kMissing, reader.at(key), "no condition is given", "at least one");
+    reader.diagnostics().error(Code::kMissing, reader.at(key), "no condition is given", "Give at least one");
   return operands;
 }
 
@@ -90,7 +90,7 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   read_threshold(reader, "N", condition);
   if (names.size() != 2) {
     reader.diagnostics().error(Code::kWrongSize, place, fmt::format("{} sensors", names.size()),
-                               "two: one on each arm");
+                               "Name two: one on each arm");
     return condition;
   }
   condition.device = names[0];
@@ -108,7 +108,7 @@ Condition read_internal_force(ObjectReader& reader, const Cell& cell) {
   if (known && one->second.arm == two->second.arm) {
     reader.diagnostics().error(Code::kConflict, place,
                                fmt::format("'{}' and '{}' are both on '{}'", names[0], names[1], one->second.arm),
-                               "sensors on two arms");
+                               "Name sensors on two arms");
   }
   return condition;
 }
@@ -122,7 +122,7 @@ Condition read_distance(ObjectReader& reader, const Cell& cell) {
   read_threshold(reader, "m", condition);
   if (names.size() != 2) {
     reader.diagnostics().error(Code::kWrongSize, place, fmt::format("{} names", names.size()),
-                               "two: devices, objects or bodies");
+                               "Name two devices, objects or bodies");
     return condition;
   }
   condition.device = names[0];
@@ -194,7 +194,7 @@ Condition read_channel(ObjectReader& reader, const Cell& cell) {
   if (carries != (compared ? net::ValueType::kReal : net::ValueType::kBoolean)) {
     reader.diagnostics().error(Code::kTypeMismatch, reader.at("channel"),
                                fmt::format("'{}' carries {}", condition.device, net::name_of(carries)),
-                               "a Boolean channel with 'is', a Real one with 'above' or 'below'");
+                               "Use a Boolean channel with 'is', a Real one with 'above' or 'below'");
   }
   return condition;
 }

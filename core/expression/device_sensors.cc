@@ -272,7 +272,7 @@ Sensor<T> channel(const Cell& cell, const std::string& name) {
   if (declared != type) {
     return Sensor<T>(broken(Code::kTypeMismatch, type,
                             fmt::format("channel '{}' carries {}", name, net::name_of(declared)),
-                            fmt::format("not {}", net::name_of(type))));
+                            fmt::format("Name a channel of type {}", net::name_of(type))));
   }
   return Sensor<T>(read_resource(type, "Input" + std::string(net::name_of(type)), "channel", name, found->second,
                                  "value", id_of("channel", name)));

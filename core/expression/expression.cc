@@ -98,10 +98,10 @@ std::vector<SubjectPtr> subjects_of(const ExpressionPtr& node) {
 Diagnostics faults_of(const ExpressionPtr& node) {
   Diagnostics diagnostics;
   if (!node) {
-    diagnostics.error(Code::kMissing, {}, "an empty formula", "a sensor or a state");
+    diagnostics.error(Code::kMissing, {}, "an empty formula", "Give a sensor or a state");
   } else if (node->depth > kMostDepth) {
     diagnostics.error(Code::kTooLarge, {}, fmt::format("a formula of {} levels", node->depth),
-                      fmt::format("at most {}", kMostDepth));
+                      fmt::format("Keep it to at most {}", kMostDepth));
   } else {
     walk(node, [&diagnostics](const Expression& e) {
       if (e.fault) diagnostics.add(*e.fault);

@@ -137,8 +137,7 @@ std::optional<Place> between(const Cell& cell, const std::string& of, const std:
 ExpressionPtr unknown(const Cell& cell, net::ValueType type, const std::string& of, const std::string& in) {
   for (const std::string& name : {of, in}) {
     if (cell.frames.contains(name) && !cell.knows(name))
-      return broken(Code::kUnknownPose, type, fmt::format("it is not known where '{}' is", name),
-                    "a measurement of it before");
+      return broken(Code::kUnknownPose, type, fmt::format("it is not known where '{}' is", name), "Measure it before");
   }
   const std::string& name = cell.frames.contains(of) ? in : of;
   return broken(Code::kUnknownName, type, "there is no frame '" + name + "'",

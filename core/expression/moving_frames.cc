@@ -23,18 +23,19 @@ std::optional<Eigen::Isometry3d> link_pose(const device::ArmDescription& arm, co
 
 }  // namespace
 
-void see_flanges(command::Cell& cell, const std::function<JointVector(const std::string&)>& q_of) {
+void update_flange_frames(command::Cell& cell, const std::function<JointVector(const std::string&)>& q_of) {
   for (const auto& [name, arm] : cell.arms) {
     if (arm.device == nullptr || arm.device->description().chain == nullptr) continue;
     const JointVector q = q_of(name);
     if (q.size() != arm.device->joint_count()) continue;
     const device::ArmDescription* description = &arm.device->description();
-    cell.frames.see_arm(name, [description, q](const std::string& link) { return link_pose(*description, link, q); });
+    cell.frames.update_arm_frames(
+        name, [description, q](const std::string& link) { return link_pose(*description, link, q); });
   }
 }
 
-void see_flanges(command::Cell& cell) {
-  see_flanges(cell, [&](const std::string& name) {
+void update_flange_frames(command::Cell& cell) {
+  update_flange_frames(cell, [&](const std::string& name) {
     const command::MountedArm& arm = cell.arms.find(name)->second;
     const JointVector& sent = arm.set_point();
     return sent.size() > 0 ? sent : arm.start;
@@ -43,12 +44,12 @@ void see_flanges(command::Cell& cell) {
 
 command::Cell cell_at(const command::Cell& cell, const command::Places& places) {
   command::Cell there = cell;
-  see_flanges(there, [&](const std::string& name) {
+  update_flange_frames(there, [&](const std::string& name) {
     const auto place = places.find(name);
     return place == places.end() ? JointVector() : place->second;
   });
   for (const auto& [name, q] : places)
-    if (q.size() == 0) there.frames.see_arm(name, [](const std::string&) { return std::nullopt; });
+    if (q.size() == 0) there.frames.update_arm_frames(name, [](const std::string&) { return std::nullopt; });
   return there;
 }
 

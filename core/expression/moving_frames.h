@@ -12,10 +12,10 @@ namespace takt::activity {
 /// Sets the frames of a cell that move with arms, on their flanges and links, to where these are: what a program plans
 /// with while the arm or base below is at rest. @param q_of  joint positions of an arm by name, rad or m; size 0: not
 /// known. Realtime: setup.
-void see_flanges(command::Cell& cell, const std::function<kinematics::JointVector(const std::string&)>& q_of);
+void update_flange_frames(command::Cell& cell, const std::function<kinematics::JointVector(const std::string&)>& q_of);
 
 /// At the set points that were sent last, or where the arms start.
-void see_flanges(command::Cell& cell);
+void update_flange_frames(command::Cell& cell);
 
 /// The cell as it is when arms are elsewhere: what moves with them is there too; on an arm whose position has
 /// size 0 it is unknown. Realtime: setup.

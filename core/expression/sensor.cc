@@ -103,7 +103,7 @@ RealSensor distance(const VectorTerm& a, const VectorTerm& b) {
 RealSensor component(const VectorSensor& vector, int axis) {
   static constexpr std::array kPorts = {"x", "y", "z"};
   if (axis < 0 || axis > 2)
-    return RealSensor(broken(Code::kOutOfRange, net::ValueType::kReal, "a vector has axes 0 to 2", "x, y or z"));
+    return RealSensor(broken(Code::kOutOfRange, net::ValueType::kReal, "a vector has axes 0 to 2", "Use x, y or z"));
   return unary<Real>("VectorComponents", {.node = vector.node()}, kPorts[static_cast<std::size_t>(axis)]);
 }
 

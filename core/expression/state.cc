@@ -23,7 +23,7 @@ State State::held_for(double seconds) const {
   constexpr double kLongest = 1e6;  // s: what timers take
   if (!(seconds >= 0.0 && seconds <= kLongest)) {
     return State(broken(Code::kOutOfRange, net::ValueType::kBoolean, fmt::format("a time of {:g} s", seconds),
-                        fmt::format("0 to {:g} s", kLongest)));
+                        fmt::format("Choose 0 to {:g} s", kLongest)));
   }
   return of("OnDelay", {{"input", {.node = node_}}}, {{"delay", seconds}});
 }

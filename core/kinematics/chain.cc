@@ -150,8 +150,8 @@ SpatialInertia Chain::payload_body(const Payload& payload) const {
   return SpatialInertia::at(payload.mass, X_LC, payload.I_C);
 }
 
-Chain::Stance Chain::stance(const JointVector& q, const Payload& payload) const {
-  Stance at;
+Chain::KinematicState Chain::stance(const JointVector& q, const Payload& payload) const {
+  KinematicState at;
   relative(q, at.R, at.p);
   at.last_body = segment(count_ - 1).body;
   if (payload.mass > 0.0) at.last_body += payload_body(payload);
@@ -159,7 +159,7 @@ Chain::Stance Chain::stance(const JointVector& q, const Payload& payload) const 
 }
 
 template <Chain::Moving kMoving>
-JointVector Chain::newton_euler(const Stance& at, const JointVector& dq, const JointVector& ddq,
+JointVector Chain::newton_euler(const KinematicState& at, const JointVector& dq, const JointVector& ddq,
                                 const Eigen::Vector3d& gravity_B) const {
   constexpr bool kTurns = kMoving == Moving::kAll;
   constexpr bool kAccelerates = kMoving != Moving::kNothing;
@@ -220,7 +220,7 @@ JointVector Chain::inverse_dynamics(const JointVector& q, const JointVector& dq,
 
 Chain::PathDynamics Chain::path_dynamics(const JointVector& q, const JointVector& first, const JointVector& second,
                                          const Eigen::Vector3d& gravity_B, const Payload& payload) const {
-  const Stance at = stance(q, payload);
+  const KinematicState at = stance(q, payload);
   const Eigen::Vector3d weightless = Eigen::Vector3d::Zero();
   return {.inertial = newton_euler<Moving::kFromRest>(at, {}, first, weightless),
           .centrifugal = newton_euler<Moving::kAll>(at, first, second, weightless),

@@ -119,16 +119,16 @@ class Chain {
   void relative(const JointVector& q, Rotations& R, Vectors& p) const;
   [[nodiscard]] SpatialInertia payload_body(const Payload& payload) const;
   /// The chain at one q with its payload.
-  struct Stance {
+  struct KinematicState {
     Rotations R;
     Vectors p;
     SpatialInertia last_body;  ///< of the last joint, payload included
   };
-  [[nodiscard]] Stance stance(const JointVector& q, const Payload& payload) const;
+  [[nodiscard]] KinematicState stance(const JointVector& q, const Payload& payload) const;
   /// What moves: nothing, or accelerations only, or velocities too. What stands still is taken to be zero.
   enum class Moving { kNothing, kFromRest, kAll };
   template <Moving kMoving>
-  [[nodiscard]] JointVector newton_euler(const Stance& at, const JointVector& dq, const JointVector& ddq,
+  [[nodiscard]] JointVector newton_euler(const KinematicState& at, const JointVector& dq, const JointVector& ddq,
                                          const Eigen::Vector3d& gravity_B) const;
 
   int count_ = 0;

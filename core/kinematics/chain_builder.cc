@@ -58,7 +58,7 @@ struct ChainBuilder {
       const Joint* joint = model.joint_above(link);
       if (joint == nullptr) {
         diagnostics.error(Code::kInvalidValue, {}, fmt::format("link '{}' does not lie below link '{}'", flange, base),
-                          "the flange hangs on the base through joints");
+                          "Put the flange below the base, joined by joints");
         return false;
       }
       path.insert(path.begin(), joint);
@@ -75,7 +75,7 @@ struct ChainBuilder {
     if (count > kMaxJoints)
       diagnostics.error(Code::kInvalidValue, {},
                         fmt::format("{} movable joints between '{}' and '{}'", count, base, flange),
-                        fmt::format("at most {}", kMaxJoints));
+                        fmt::format("Keep it to at most {}", kMaxJoints));
     return count > 0 && count <= kMaxJoints;
   }
 
@@ -118,7 +118,7 @@ struct ChainBuilder {
         diagnostics.error(
             Code::kInvalidValue, {},
             fmt::format("joint '{}' moves beside or beyond the chain from '{}' to '{}'", joint.name, base, flange),
-            "fix it, or choose a base link below which there is one chain");
+            "Fix it, or choose a base link below which there is one chain");
         continue;
       }
       places[joint.child] = place;

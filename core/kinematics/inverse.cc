@@ -73,17 +73,17 @@ Diagnostics check_held(int joint_count, const std::vector<int>& held) {
   Diagnostics diagnostics;
   if (joint_count < 3) {
     diagnostics.error(Code::kWrongSize, {}, fmt::format("the chain has {} joints", joint_count),
-                      "three or more, to reach any position");
+                      "Use three or more, to reach any position");
     return diagnostics;
   }
   const int wanted = std::max(0, joint_count - 6);
   if (static_cast<int>(held.size()) != wanted)
     diagnostics.error(Code::kWrongSize, {}, fmt::format("{} held joints for a chain of {}", held.size(), joint_count),
-                      wanted == 0 ? std::string("none") : fmt::format("{}, so that six remain", wanted));
+                      wanted == 0 ? std::string("none") : fmt::format("Give {}, so that six remain", wanted));
   for (std::size_t i = 0; i < held.size(); ++i) {
     if (held[i] < 0 || held[i] >= joint_count)
       diagnostics.error(Code::kOutOfRange, pointer_segment(i), fmt::format("held joint {}", held[i]),
-                        fmt::format("0 to {}", joint_count - 1));
+                        fmt::format("Choose 0 to {}", joint_count - 1));
     if (std::find(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(i), held[i]) !=
         held.begin() + static_cast<std::ptrdiff_t>(i))
       diagnostics.error(Code::kDuplicate, pointer_segment(i), fmt::format("joint {} is held twice", held[i]));
@@ -135,7 +135,7 @@ Result<InverseKinematics> InverseKinematics::create(const Chain& chain) {
   if (chain.joint_count() > 7)
     return failure(Code::kWrongSize, {},
                    fmt::format("a chain of {} joints has no default held joints", chain.joint_count()),
-                   fmt::format("name {}", chain.joint_count() - 6));
+                   fmt::format("Name {}", chain.joint_count() - 6));
   return create(chain, {});
 }
 

@@ -48,7 +48,8 @@ class Checker {
   Diagnostics run() {
     const XmlElement& robot = tree_.elements.front();
     if (robot.name != "robot") {
-      diagnostics_.error(Code::kSyntax, place(robot), fmt::format("the root element is <{}>", robot.name), "<robot>");
+      diagnostics_.error(Code::kSyntax, place(robot), fmt::format("the root element is <{}>", robot.name),
+                         "Begin with <robot>");
       return std::move(diagnostics_);
     }
     if (Diagnostics xacro = check_no_xacro(tree_); xacro.has_errors()) return xacro;
@@ -60,7 +61,7 @@ class Checker {
     if (links.empty()) diagnostics_.error(Code::kMissing, place(robot), "the robot has no link");
     if (links.size() > kMaxLinks)
       diagnostics_.error(Code::kTooLarge, place(robot), fmt::format("{} links", links.size()),
-                         fmt::format("at most {}", kMaxLinks));
+                         fmt::format("Keep it to at most {}", kMaxLinks));
     for (const XmlElement* link : links) check_link(*link);
     for (const XmlElement* joint : joints) check_joint(*joint);
     check_tree(robot);
@@ -96,7 +97,7 @@ class Checker {
   std::string name_of(const XmlElement& element, std::string_view what) {
     const std::string* name = element.attribute("name");
     if (name == nullptr || name->empty()) {
-      diagnostics_.error(Code::kMissing, place(element), fmt::format("{} has no name", what), "name=\"...\"");
+      diagnostics_.error(Code::kMissing, place(element), fmt::format("{} has no name", what), "Add name=\"...\"");
       return {};
     }
     return *name;
@@ -108,11 +109,12 @@ class Checker {
     const auto [end, error] = std::from_chars(begin, word.c_str() + word.size(), value);
     const std::string text = fmt::format("{}: {} of <{}> is '{:.40}'", who_, key, element.name, word);
     if (error == std::errc::invalid_argument || *end != '\0') {
-      diagnostics_.error(Code::kSyntax, place(element), text, "a number");
+      diagnostics_.error(Code::kSyntax, place(element), text, "Give a number");
     } else if (error == std::errc::result_out_of_range || !std::isfinite(value)) {
-      diagnostics_.error(Code::kSyntax, place(element), text, "a finite number");
+      diagnostics_.error(Code::kSyntax, place(element), text, "Give a finite number");
     } else if (std::abs(value) > kLargest) {
-      diagnostics_.error(Code::kOutOfRange, place(element), text, fmt::format("a number of at most {:g}", kLargest));
+      diagnostics_.error(Code::kOutOfRange, place(element), text,
+                         fmt::format("Give a number of at most {:g}", kLargest));
     } else {
       return value;
     }
@@ -184,7 +186,8 @@ class Checker {
     const std::string name = name_of(link, "a link");
     who_ = fmt::format("link '{}'", name);
     if (!name.empty() && !link_names_.emplace(name, &link).second)
-      diagnostics_.error(Code::kDuplicate, place(link), fmt::format("a second link '{}'", name), "names are unique");
+      diagnostics_.error(Code::kDuplicate, place(link), fmt::format("a second link '{}'", name),
+                         "Give each a name of its own");
     if (const XmlElement* inertial = only_child(link, "inertial", false)) check_inertial(*inertial);
     for (const XmlElement* visual : tree_.children(link, "visual")) check_geometry(*visual);
     for (const XmlElement* collision : tree_.children(link, "collision")) check_geometry(*collision);
@@ -217,10 +220,11 @@ class Checker {
     const std::string text = fmt::format("{}: the principal moments are {:.4g}, {:.4g}, {:.4g} kg m^2", who_,
                                          moments[0], moments[1], moments[2]);
     if (moments[0] <= 0.0) {
-      diagnostics_.error(Code::kInvalidValue, place(inertia), text, "all > 0: the tensor must be positive definite");
+      diagnostics_.error(Code::kInvalidValue, place(inertia), text,
+                         "Make all of them > 0: the tensor must be positive definite");
     } else if (moments[0] + moments[1] < moments[2] * (1.0 - 1e-9)) {
       diagnostics_.error(Code::kInvalidValue, place(inertia), text,
-                         "no body has one above the sum of the other two (triangle rule)");
+                         "Keep each moment below the sum of the other two (triangle rule)");
     }
   }
 
@@ -233,7 +237,7 @@ class Checker {
     if (geometry->children.size() != 1) {
       diagnostics_.error(Code::kWrongSize, place(*geometry),
                          fmt::format("{}: <geometry> holds {} shapes", who_, geometry->children.size()),
-                         "one of box, cylinder, sphere, mesh");
+                         "Use one of box, cylinder, sphere, mesh");
       return;
     }
     check_shape(tree_.elements[static_cast<std::size_t>(geometry->children.front())]);
@@ -288,14 +292,15 @@ class Checker {
     if (kind != ".stl" && kind != ".obj") {
       diagnostics_.error(Code::kUnsupported, place(mesh),
                          fmt::format("{}: mesh '{}' is of a kind that is not read", who_, name),
-                         ".stl or .obj: convert it (MeshLab, Blender); 'takt new robot' makes a model without it");
+                         "Convert it to .stl or .obj (MeshLab, Blender); 'takt new robot' makes a model without it");
       return;
     }
     std::error_code error;
     const auto bytes = std::filesystem::file_size(path, error);
     if (error || bytes <= kMaxMeshBytes) return;
-    diagnostics_.error(Code::kTooLarge, place(mesh), fmt::format("{}: mesh '{}' has {} bytes", who_, name, bytes),
-                       fmt::format("at most {}: about {} triangles", kMaxMeshBytes, kMaxMeshBytes / 50));
+    diagnostics_.error(
+        Code::kTooLarge, place(mesh), fmt::format("{}: mesh '{}' has {} bytes", who_, name, bytes),
+        fmt::format("Simplify it to at most {}, which is about {} triangles", kMaxMeshBytes, kMaxMeshBytes / 50));
   }
 
   // --- materials: defined by the robot or by their first use with a colour ---------------------------------------
@@ -307,11 +312,11 @@ class Checker {
     const XmlElement* color = only_child(material, "color", false);
     if (const XmlElement* texture = only_child(material, "texture", false))
       diagnostics_.warning(Code::kUnsupported, place(*texture), fmt::format("{}: textures are not shown", who_),
-                           "give the material a colour");
+                           "Give the material a colour");
     if (color == nullptr) {
       if (of_robot)
         diagnostics_.error(Code::kMissing, place(material), fmt::format("material '{}' has no <color>", name),
-                           "rgba=\"r g b a\"");
+                           "Add rgba=\"r g b a\"");
       material_uses_.emplace_back(&material, name);
       return;
     }
@@ -322,7 +327,7 @@ class Checker {
     const auto [known, added] = materials_.emplace(name, rgba.value_or(std::vector<double>{}));
     if (!added && (of_robot || (rgba && known->second != *rgba)))
       diagnostics_.error(Code::kDuplicate, place(material), fmt::format("a second definition of material '{}'", name),
-                         "define it once, and refer to it by name");
+                         "Define it once, and refer to it by name");
   }
 
   void check_material_uses() {
@@ -342,16 +347,17 @@ class Checker {
     const std::string name = name_of(joint, "a joint");
     who_ = fmt::format("joint '{}'", name);
     if (!name.empty() && !joint_names_.insert(name).second)
-      diagnostics_.error(Code::kDuplicate, place(joint), fmt::format("a second joint '{}'", name), "names are unique");
+      diagnostics_.error(Code::kDuplicate, place(joint), fmt::format("a second joint '{}'", name),
+                         "Give each a name of its own");
     check_origin(joint);
     if (const auto mimics = tree_.children(joint, "mimic"); !mimics.empty())
       diagnostics_.error(Code::kUnsupported, place(*mimics.front()),
                          fmt::format("{}: mimic joints are not supported", who_),
-                         "model the coupling in the device, or fix the joint");
+                         "Model the coupling in the device, or fix the joint");
     const std::string* type = joint.attribute("type");
     if (type == nullptr) {
       diagnostics_.error(Code::kMissing, place(joint), fmt::format("{} has no type", who_),
-                         "revolute, continuous, prismatic or fixed");
+                         "Give it a type: revolute, continuous, prismatic or fixed");
     } else if (*type == "revolute" || *type == "prismatic" || *type == "continuous") {
       check_movable(joint, *type);
     } else if (*type != "fixed") {
@@ -369,7 +375,7 @@ class Checker {
       check_limit(*limit, type);
     } else if (type != "continuous") {
       diagnostics_.error(Code::kMissing, place(joint), fmt::format("{} ({}) has no <limit>", who_, type),
-                         "lower, upper, velocity and effort");
+                         "Give lower, upper, velocity and effort");
     }
     if (const XmlElement* dynamics = only_child(joint, "dynamics", false)) {
       for (const char* key : {"damping", "friction"}) {
@@ -382,10 +388,10 @@ class Checker {
   void check_axis(const XmlElement& axis, const std::vector<double>& xyz) {
     const double length = Eigen::Vector3d(xyz[0], xyz[1], xyz[2]).norm();
     if (length < 1e-6) {
-      diagnostics_.error(Code::kOutOfRange, place(axis), fmt::format("{}: the axis is zero", who_), "a direction");
+      diagnostics_.error(Code::kOutOfRange, place(axis), fmt::format("{}: the axis is zero", who_), "Give a direction");
     } else if (std::abs(length - 1.0) > 1e-3) {
       diagnostics_.warning(Code::kInvalidValue, place(axis), fmt::format("{}: the axis has length {:g}", who_, length),
-                           "it is normalised");
+                           "Give an axis of length 1: this one is normalised");
     }
   }
 
@@ -398,7 +404,7 @@ class Checker {
     if (bounded && lower && upper && *lower >= *upper)
       diagnostics_.error(Code::kOutOfRange, place(limit),
                          fmt::format("{}: lower {:g} is not below upper {:g}", who_, *lower, *upper),
-                         "lower < upper; use type fixed for a joint that never moves");
+                         "Keep lower < upper, or use type fixed for a joint that never moves");
   }
 
   // --- the tree --------------------------------------------------------------------------------------------------
@@ -430,7 +436,7 @@ class Checker {
       if (!parent_of.emplace(child, parent).second)
         diagnostics_.error(Code::kDuplicate, place(*joint),
                            fmt::format("{}: link '{}' has a second parent", who_, child),
-                           "a robot is a tree: each link hangs on one joint");
+                           "Remove one of them: a robot is a tree, and each link has one joint above it");
     }
     check_loops(parent_of);
     if (whole) check_roots(robot, parent_of);
@@ -460,7 +466,8 @@ class Checker {
       inside = inside || link == entry;
     }
     diagnostics_.error(Code::kInvalidValue, place(*link_names_.at(entry)),
-                       fmt::format("the joints form a loop: {} <- '{}'", text, entry), "a robot is a tree");
+                       fmt::format("the joints form a loop: {} <- '{}'", text, entry),
+                       "Break the loop: a robot is a tree");
   }
 
   void check_roots(const XmlElement& robot, const std::map<std::string, std::string>& parent_of) {
@@ -475,7 +482,7 @@ class Checker {
     for (const auto& root : roots) names += (names.empty() ? "'" : ", '") + root + "'";
     diagnostics_.error(Code::kInvalidValue, place(robot),
                        fmt::format("{} links have no parent: {}", roots.size(), names),
-                       "one root; join the others with joints");
+                       "Keep one root, and join the others to it with joints");
   }
 
   const XmlTree& tree_;
@@ -496,7 +503,7 @@ Diagnostics check_no_xacro(const XmlTree& tree) {
     if (!element.name.starts_with("xacro:")) continue;
     diagnostics.error(Code::kSyntax, place(element),
                       fmt::format("<{}>: this is a xacro file, not a URDF", element.name),
-                      "expand it first, where ROS is installed: xacro FILE.urdf.xacro > FILE.urdf");
+                      "Expand it first, where ROS is installed: xacro FILE.urdf.xacro > FILE.urdf");
     break;
   }
   return diagnostics;

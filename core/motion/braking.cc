@@ -79,11 +79,11 @@ struct Braking::Course {
     }
   }
   /// The fastest and the hardest that it is between two ways.
-  struct Most {
+  struct Maximum {
     double velocity = 0.0, deceleration = 0.0, acceleration = 0.0;  ///< of the last one either way
   };
-  [[nodiscard]] Most between(double from, double to) const {
-    Most most;
+  [[nodiscard]] Maximum between(double from, double to) const {
+    Maximum most;
     for (std::size_t i = 1; i < points.size(); ++i) {
       if (points[i].way < from) continue;
       most.velocity = std::max({most.velocity, points[i - 1].velocity, points[i].velocity});

@@ -29,11 +29,11 @@ std::string fault(const Json& point, std::size_t size) {
 Result<Curve> Curve::from_json(const Json& json, Form form, const std::string& pointer) {
   if (!json.is_array() || json.size() < 2 || json.size() > kMostPoints)
     return failure(Code::kWrongType, pointer, "not an array of points",
-                   fmt::format("2 to {} points [x, y, ...]", kMostPoints));
+                   fmt::format("Give 2 to {} points [x, y, ...]", kMostPoints));
   const std::size_t size = json.front().is_array() ? json.front().size() : 0;
   if (size < 2 || size > static_cast<std::size_t>(kinematics::kMaxJoints) + 1)
     return failure(Code::kWrongType, pointer + "/0", "the first point is not an array of 2 to 13 numbers",
-                   "x, then the values there");
+                   "Give x, then the values there");
   Diagnostics diagnostics;
   Curve curve;
   curve.dimension_ = static_cast<int>(size) - 1;
@@ -41,13 +41,13 @@ Result<Curve> Curve::from_json(const Json& json, Form form, const std::string& p
     const std::string place = pointer + pointer_segment(i), wrong = fault(json[i], size);
     if (!wrong.empty()) {
       diagnostics.error(Code::kWrongSize, place, wrong,
-                        fmt::format("x and {} values, as in the first point", curve.dimension_));
+                        fmt::format("Give x and {} values, as in the first point", curve.dimension_));
       continue;
     }
     const double x = json[i][0].get<double>();
     if (!curve.x_.empty() && x <= curve.x_.back())
       diagnostics.error(Code::kOutOfRange, place + "/0", fmt::format("x = {} is not above {}", x, curve.x_.back()),
-                        "ascending x");
+                        "Give ascending x");
     curve.x_.push_back(x);
     JointVector y(curve.dimension_);
     for (int k = 0; k < curve.dimension_; ++k) y[k] = json[i][static_cast<std::size_t>(k) + 1].get<double>();

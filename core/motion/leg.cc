@@ -23,7 +23,7 @@ Diagnostics check_start(const ArmModel& arm, const JointVector& q_start, bool ca
   check_limits(arm.chain, arm.limits, diagnostics);
   check_configuration(arm.chain, arm.limits, q_start, "/start", diagnostics);
   if (cartesian && arm.inverse == nullptr)
-    diagnostics.error(Code::kRequires, "/goal", "the arm has no inverse kinematics", "a joint motion");
+    diagnostics.error(Code::kRequires, "/goal", "the arm has no inverse kinematics", "Use a joint motion");
   return diagnostics;
 }
 
@@ -62,7 +62,7 @@ std::vector<double> centripetal(const std::vector<double>& ways, Diagnostics& di
     constexpr double kNoWay = 1e-9;
     if (ways[i] < kNoWay) {
       diagnostics.error(Code::kInvalidValue, "/points" + pointer_segment(i), "the point is the same as the one before",
-                        "points that differ");
+                        "Choose points that differ");
     }
     knots.push_back(knots.back() + std::sqrt(ways[i]));
   }
@@ -121,7 +121,7 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcT
   const double longest = std::max({a.norm(), b.norm(), (a - b).norm()});
   if (!(normal.norm() > kLeastHeight * longest)) {
     diagnostics.error(Code::kInvalidValue, "/via", "start, via point and goal lie on one line",
-                      "three points of a circle; or LIN");
+                      "Give three points of a circle, or use LIN");
     return std::unexpected(std::move(diagnostics));
   }
   // Centre of the circle through 0, a, b.
@@ -144,7 +144,8 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcA
     diagnostics.error(Code::kOutOfRange, "/axis", "the axis has no direction");
   constexpr double kMostTurns = 100.0;
   if (!(std::abs(wanted.angle) <= kMostTurns * 2.0 * std::numbers::pi)) {
-    diagnostics.error(Code::kOutOfRange, "/angle", fmt::format("{} rad", wanted.angle), "finite, at most 100 turns");
+    diagnostics.error(Code::kOutOfRange, "/angle", fmt::format("{} rad", wanted.angle),
+                      "Give a finite angle of at most 100 turns");
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   CartesianArc arc = arc_from(arm, q_start);
@@ -155,7 +156,7 @@ Result<Leg> circ_leg(const ArmModel& arm, const JointVector& q_start, const ArcA
   constexpr double kLeastRadius = 1e-6;  // m
   if ((arc.p_start - arc.centre).norm() < kLeastRadius) {
     diagnostics.error(Code::kOutOfRange, "/centre", "the start lies on the axis of the circle",
-                      "a radius of at least 1 um");
+                      "Keep a radius of at least 1 um");
     return std::unexpected(std::move(diagnostics));
   }
   set_orientation(arc, wanted.orientation, Eigen::Isometry3d::Identity());
@@ -168,7 +169,8 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start, const st
     check_configuration(arm.chain, arm.limits, points[i], "/points" + pointer_segment(i), diagnostics);
   }
   if (points.size() < 2)
-    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", points.size()), "two or more; or PTP");
+    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", points.size()),
+                      "Give two or more, or use PTP");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   const auto n = static_cast<Eigen::Index>(points.size());
   Eigen::MatrixXd rows(n + 1, q_start.size());
@@ -196,7 +198,8 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start,
     check_pose(poses_BM[i], "/points" + pointer_segment(i), diagnostics);
   }
   if (poses_BM.size() < 2)
-    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", poses_BM.size()), "two or more; or LIN");
+    diagnostics.error(Code::kWrongSize, "/points", fmt::format("{} points", poses_BM.size()),
+                      "Give two or more, or use LIN");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   std::vector<Eigen::Isometry3d> poses{arm.chain.forward(q_start) * arm.X_FM};
   poses.insert(poses.end(), poses_BM.begin(), poses_BM.end());
@@ -209,7 +212,7 @@ Result<Leg> spline_leg(const ArmModel& arm, const JointVector& q_start,
       diagnostics.error(
           Code::kInvalidValue, "/points" + pointer_segment(i == 0 ? 0 : i - 1),
           fmt::format("the spline turns by {:.0f} degrees against its middle", phi.norm() * 180 / std::numbers::pi),
-          "at most 170; two splines with a blend between them turn further");
+          "Keep it to 170 at most; two splines with a blend between them turn further");
     }
     rows.row(static_cast<Eigen::Index>(i)) << poses[i].translation().transpose(), phi.transpose();
     if (i == 0) continue;

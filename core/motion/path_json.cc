@@ -24,7 +24,7 @@ JointVector joints(ObjectReader& reader, const std::string& key) {
   const auto values = reader.numbers(key, 0);
   if (values.size() > kinematics::kMaxJoints) {
     reader.diagnostics().error(Code::kWrongSize, reader.at(key), fmt::format("{} joints", values.size()),
-                               fmt::format("at most {}", kinematics::kMaxJoints));
+                               fmt::format("Keep it to at most {}", kinematics::kMaxJoints));
     return {};
   }
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -33,14 +33,14 @@ JointVector joints(ObjectReader& reader, const std::string& key) {
 void check_same_size(ObjectReader& reader, const std::string& key, const JointVector& start, const JointVector& goal) {
   if (start.size() == goal.size()) return;
   reader.diagnostics().error(Code::kWrongSize, reader.at(key), fmt::format("{} joints", goal.size()),
-                             fmt::format("as many as at the start: {}", start.size()));
+                             fmt::format("Give as many as at the start: {}", start.size()));
 }
 
 void check_unit(ObjectReader& reader, const std::string& key, double norm) {
   constexpr double kUnitTolerance = 1e-9;
   if (std::abs(norm - 1.0) <= kUnitTolerance) return;
   reader.diagnostics().error(Code::kOutOfRange, reader.at(key), fmt::format("'{}' has length {}", key, norm),
-                             "length 1");
+                             "Give a vector of length 1");
 }
 
 Geometry read_joint_line(ObjectReader& reader) {
@@ -110,7 +110,7 @@ Geometry read_cartesian_arc(ObjectReader& reader) {
   constexpr double kSquare = 1e-9;
   if (std::abs(out.dot(arc.normal)) > kSquare * (1.0 + out.norm())) {
     reader.diagnostics().error(Code::kOutOfRange, reader.at("normal"), "the normal leans towards the start of the arc",
-                               "perpendicular to the line from the centre to the start");
+                               "Choose a normal perpendicular to the line from the centre to the start");
   }
   return arc;
 }
@@ -120,8 +120,9 @@ std::vector<std::vector<double>> coefficients(ObjectReader& reader, const std::s
   std::vector<std::vector<double>> rows;
   const Json* list = reader.array(key);
   const auto complain = [&] {
-    reader.diagnostics().error(Code::kWrongSize, reader.at(key), "no six coefficients of one length",
-                               size == 0 ? "six lists of numbers" : fmt::format("six lists of {} numbers", size));
+    reader.diagnostics().error(
+        Code::kWrongSize, reader.at(key), "no six coefficients of one length",
+        size == 0 ? "Give six lists of numbers" : fmt::format("Give six lists of {} numbers", size));
     return std::vector<std::vector<double>>(6, std::vector<double>(size, 0.0));
   };
   if (!list || list->size() != 6) return complain();
@@ -265,7 +266,7 @@ PathPiece read_piece(const Json& json, const std::string& pointer, Diagnostics& 
   }
   reader.finish();
   if (!(piece.s_begin < piece.s_end))
-    diagnostics.error(Code::kOutOfRange, pointer + "/s", "a piece without length", "begin below end");
+    diagnostics.error(Code::kOutOfRange, pointer + "/s", "a piece without length", "Begin below the end");
   return piece;
 }
 
@@ -291,10 +292,11 @@ void check_pieces(const CompositePath& path, const std::string& pointer, Diagnos
                         fmt::format("{}", s));
     s = piece.s_end;
     if (i > 0 && !meet(path.pieces[i - 1], piece)) {
-      diagnostics.error(Code::kOutOfRange, place, "begins where the piece before does not end", "pieces that meet");
+      diagnostics.error(Code::kOutOfRange, place, "begins where the piece before does not end",
+                        "Let pieces begin where the one before ends");
     }
   }
-  if (s != 1.0) diagnostics.error(Code::kOutOfRange, pointer, fmt::format("the pieces end at s = {}", s), "1");
+  if (s != 1.0) diagnostics.error(Code::kOutOfRange, pointer, fmt::format("the pieces end at s = {}", s), "End at 1");
 }
 
 CompositePath read_composite(ObjectReader& reader) {

@@ -239,7 +239,8 @@ void PathPlanner::check_rolling(const PieceWalk& walk, const char* word, const s
                     "it points",
                     100 * walk.t(n), word,
                     std::asin(std::min(1.0, std::abs(sideways) / ahead)) * 180.0 / std::numbers::pi),
-        "straight ahead or back, a turn on the spot, an arc with its tangent, or PTP: it turns, drives and turns");
+        "Go straight ahead or back, turn on the spot, follow an arc along its tangent, or use PTP: it turns, drives "
+        "and turns");
     return;
   }
 }
@@ -269,10 +270,10 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
     diagnostics.error(
         Code::kUnreachable, pointer,
         fmt::format("the goal is out of reach: the arm {}", how_far(walk.t_end, word, way)),
-        few ? fmt::format("an arm of {} joints cannot turn its tool freely: a {} on which it can keep the orientation, "
-                          "or PTP",
-                          chain_.joint_count(), word)
-            : "a goal nearer to the base, or another orientation");
+        few ? fmt::format(
+                  "Use an arm of more than {} joints, choose a {} on which it can keep the orientation, or use PTP",
+                  chain_.joint_count(), word)
+            : "Choose a goal nearer to the base, or another orientation");
     return;
   }
   switch (walk.end) {
@@ -280,17 +281,17 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
       diagnostics.error(
           Code::kPlanningFailed, pointer,
           fmt::format("the {} comes too near to a singularity {} (measure {:.4f})", word, place, walk.measure),
-          fmt::format("a measure of at least {}; another {}, or PTP", kSingularityLeast, word));
+          fmt::format("Keep a measure of at least {}: choose another {}, or PTP", kSingularityLeast, word));
       break;
     case WalkEnd::kOtherBranch:
       diagnostics.error(Code::kPlanningFailed, pointer,
                         fmt::format("the {} would change to another branch of the inverse kinematics {}", word, place),
-                        fmt::format("another {}, another start configuration, or PTP", word));
+                        fmt::format("Choose another {}, another start configuration, or PTP", word));
       break;
     default:
       diagnostics.error(Code::kPlanningFailed, pointer,
                         fmt::format("the arm cannot follow {} in the configuration of the start", place),
-                        "the goal is reachable in another configuration: PTP");
+                        "Use PTP: the goal is reachable in another configuration");
   }
 }
 
@@ -575,7 +576,7 @@ void check_cartesian(const CartesianLimits& limits, Diagnostics& diagnostics) {
   for (const auto& [name, value] : entries) {
     if (std::isfinite(value) && value > 0.0) continue;
     diagnostics.error(Code::kOutOfRange, fmt::format("/cartesian_limits/{}", name), fmt::format("limit {}", value),
-                      "finite and above 0");
+                      "Give a finite number above 0");
   }
 }
 

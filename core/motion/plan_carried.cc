@@ -25,7 +25,7 @@ Diagnostics check(const CarriedArm& both, const JointVector& q_carrier, const Jo
   Diagnostics diagnostics, of_carrier;
   if (both.carrier.chain.joint_count() != 3)
     diagnostics.error(Code::kWrongSize, "/carrier", fmt::format("{} joints", both.carrier.chain.joint_count()),
-                      "three: x, y, yaw");
+                      "Give three: x, y, yaw");
   if (both.rider.inverse == nullptr) diagnostics.error(Code::kRequires, "/goal", "the arm has no inverse kinematics");
   if (diagnostics.has_errors()) return diagnostics;
   check_configuration(both.carrier.chain, both.carrier.limits, q_carrier, "/start", of_carrier);

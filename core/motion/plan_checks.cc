@@ -17,7 +17,7 @@ void check_positive(const kinematics::Chain& chain, const JointVector& values, c
                     Diagnostics& diagnostics) {
   if (values.size() != chain.joint_count()) {
     diagnostics.error(Code::kWrongSize, "/limits/" + name, fmt::format("{} entries", values.size()),
-                      fmt::format("one for each of the {} joints", chain.joint_count()));
+                      fmt::format("Give one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
@@ -25,7 +25,7 @@ void check_positive(const kinematics::Chain& chain, const JointVector& values, c
     diagnostics.error(
         Code::kOutOfRange, "/limits/" + name + pointer_segment(static_cast<std::size_t>(i)),
         fmt::format("joint '{}': {} limit {}", chain.joint_names()[static_cast<std::size_t>(i)], name, values[i]),
-        "finite and above 0");
+        "Give a finite number above 0");
   }
 }
 
@@ -33,7 +33,7 @@ void check_range(const kinematics::Chain& chain, const JointLimits& limits, Diag
   if (limits.lower.size() != chain.joint_count() || limits.upper.size() != chain.joint_count()) {
     diagnostics.error(Code::kWrongSize, "/limits",
                       fmt::format("{} lower and {} upper ends", limits.lower.size(), limits.upper.size()),
-                      fmt::format("one for each of the {} joints", chain.joint_count()));
+                      fmt::format("Give one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
@@ -41,7 +41,7 @@ void check_range(const kinematics::Chain& chain, const JointLimits& limits, Diag
     diagnostics.error(Code::kOutOfRange, "/limits/lower" + pointer_segment(static_cast<std::size_t>(i)),
                       fmt::format("joint '{}': range from {} to {}", chain.joint_names()[static_cast<std::size_t>(i)],
                                   limits.lower[i], limits.upper[i]),
-                      "the lower end first");
+                      "Give the lower end first");
   }
 }
 
@@ -65,7 +65,7 @@ void check_directions(const kinematics::InverseKinematics& inverse, const JointV
   diagnostics.error(
       Code::kUnsupported, pointer,
       fmt::format("the goal is where the {} joints cannot go: {}", inverse.chain().joint_count(), missing),
-      "a goal in the plane, or the space, in which they move");
+      "Choose a goal in the plane, or the space, in which they move");
 }
 
 std::vector<LawPoint> instants(const TimeLaw& law, int parts) {
@@ -112,12 +112,12 @@ void check_options(const MotionOptions& options, Diagnostics& diagnostics) {
   for (const auto& [name, value] : shares) {
     if (value > 0.0 && value <= 1.0) continue;
     diagnostics.error(Code::kOutOfRange, fmt::format("/options/{}", name), fmt::format("share {}", value),
-                      "above 0, at most 1");
+                      "Choose a share above 0, at most 1");
   }
   const double speed = options.linear_velocity.value_or(1.0);
   if (!(speed > 0.0 && std::isfinite(speed))) {
     diagnostics.error(Code::kOutOfRange, "/options/linear_velocity", fmt::format("speed {} m/s", speed),
-                      "finite and above 0");
+                      "Give a finite number above 0");
   }
 }
 
@@ -147,7 +147,7 @@ void range_diagnostic(const kinematics::Chain& chain, const JointLimits& limits,
       Code::kOutOfRange, pointer,
       fmt::format("joint '{}': {:.6g} {}{} is outside its range", chain.joint_names()[static_cast<std::size_t>(joint)],
                   in_file_units(chain, joint, value), unit, where),
-      fmt::format("from {:.6g} to {:.6g} {}", in_file_units(chain, joint, limits.lower[joint]),
+      fmt::format("Choose a value from {:.6g} to {:.6g} {}", in_file_units(chain, joint, limits.lower[joint]),
                   in_file_units(chain, joint, limits.upper[joint]), unit));
 }
 
@@ -155,7 +155,7 @@ void check_configuration(const kinematics::Chain& chain, const JointLimits& limi
                          const std::string& pointer, Diagnostics& diagnostics) {
   if (q.size() != chain.joint_count()) {
     diagnostics.error(Code::kWrongSize, pointer, fmt::format("{} joint values", q.size()),
-                      fmt::format("one for each of the {} joints", chain.joint_count()));
+                      fmt::format("Give one for each of the {} joints", chain.joint_count()));
     return;
   }
   for (int i = 0; i < chain.joint_count(); ++i) {
@@ -163,7 +163,7 @@ void check_configuration(const kinematics::Chain& chain, const JointLimits& limi
     if (!std::isfinite(q[i])) {
       diagnostics.error(Code::kOutOfRange, place,
                         fmt::format("joint '{}': {}", chain.joint_names()[static_cast<std::size_t>(i)], q[i]),
-                        "a finite number");
+                        "Give a finite number");
     } else if (!kinematics::is_in_range(q[i], limits.lower[i], limits.upper[i])) {
       range_diagnostic(chain, limits, i, q[i], place, "", diagnostics);
     }

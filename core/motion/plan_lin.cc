@@ -19,7 +19,7 @@ void check_held(const InverseKinematics& inverse, const JointLimits& limits, con
   const auto& joints = inverse.held_joints();
   if (held.size() != static_cast<Eigen::Index>(joints.size())) {
     diagnostics.error(Code::kWrongSize, "/held_goal", fmt::format("{} values", held.size()),
-                      fmt::format("one for each of the {} held joints", joints.size()));
+                      fmt::format("Give one for each of the {} held joints", joints.size()));
     return;
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {

@@ -22,7 +22,7 @@ Result<Motion> beside(const ArmPair& pair, const Motion& leader, const JointVect
   const auto path = seen_from(leader.path, pair.X_FL, pair.follower.inverse->held(q_follower));
   if (!path)
     return failure(Code::kConflict, "/follower", "two arms move together on paths of a frame only",
-                   "LIN, CIRC, a spline of poses");
+                   "Use LIN, CIRC or a spline of poses");
   Motion motion = leader;
   motion.path = *path;
   motion.q_start = motion.q_goal = q_follower;
@@ -57,7 +57,7 @@ bool has_both(const ArmPair& pair, Diagnostics& diagnostics) {
   for (const auto& [arm, place] : {std::pair(&pair.leader, "/goal"), {&pair.follower, "/follower"}}) {
     if (arm->inverse == nullptr)
       diagnostics.error(Code::kRequires, place, "an arm of the pair has no inverse kinematics",
-                        "an arm of three joints at least");
+                        "Name an arm of three joints at least");
   }
   return !diagnostics.has_errors();
 }

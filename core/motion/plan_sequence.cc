@@ -145,7 +145,7 @@ class SequencePlanner {
     if (from.blend.kind == Blend::Kind::kNone) diagnostics.error(Code::kPlanningFailed, "/blend", "none was asked for");
     if (!(from.tau > 0.0 && from.tau + from.lead < motion.duration()))
       diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s", from.tau),
-                        "within the motion, with the lead before its end");
+                        "Take over within the motion, with the lead before its end");
     if (!diagnostics.has_errors()) diagnostics = walk(part, "/motion");
     if (diagnostics.has_errors()) return diagnostics;
     part.begin = motion.law.at(from.tau).s;
@@ -173,7 +173,8 @@ class SequencePlanner {
     const double share = from.shrink * std::min(wanted, 1.0 - soonest);
     constexpr double kLeast = 1e-3;  // of the motion
     if (!(share > kLeast))
-      diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s is too late", from.tau), "before the goal");
+      diagnostics.error(Code::kOutOfRange, "/tau", fmt::format("{:.4f} s is too late", from.tau),
+                        "Take over before the goal");
     if (diagnostics.has_errors()) return diagnostics;
     a.end = 1.0 - share;
     b.begin = share_of(0, false) * share / wanted;
@@ -185,9 +186,9 @@ class SequencePlanner {
     const bool fraction = blend.kind == Blend::Kind::kFraction;
     const double least = fraction ? kLeastBlendShare : kLeastBlend_m, most = fraction ? kMostBlendShare : kNoUpperBound;
     if (blend.kind == Blend::Kind::kNone || (blend.value >= least && blend.value <= most)) return;
-    diagnostics.error(
-        Code::kOutOfRange, "/blend", fmt::format("{}", blend.value),
-        fraction ? fmt::format("at least {}, at most {}", least, most) : fmt::format("at least {} m", least));
+    diagnostics.error(Code::kOutOfRange, "/blend", fmt::format("{}", blend.value),
+                      fraction ? fmt::format("Choose at least {}, at most {}", least, most)
+                               : fmt::format("Choose at least {} m", least));
   }
 
   /// Time of the motion if it ran at its velocity limits all the way.

@@ -75,15 +75,16 @@ Diagnostics check(const ArmModel& arm, const JointVector& q_start, const std::ve
     check_configuration(arm.chain, arm.limits, points[i], "/points" + pointer_segment(i), diagnostics);
   if (points.empty() || corners.size() + 1 != points.size())
     diagnostics.error(Code::kWrongSize, "/corners", fmt::format("{} for {} points", corners.size(), points.size()),
-                      "one less than points");
+                      "Give one less than points");
   if (std::ranges::any_of(corners, [](double share) { return !(share > 0.0 && share <= 0.5); }))
-    diagnostics.error(Code::kOutOfRange, "/corners", "a share outside of its range", "above 0, at most 0.5");
+    diagnostics.error(Code::kOutOfRange, "/corners", "a share outside of its range",
+                      "Choose a share above 0, at most 0.5");
   if (diagnostics.has_errors()) return diagnostics;
   for (std::size_t i = 0; points.size() > 1 && i < points.size(); ++i) {
     const JointVector& before = i == 0 ? q_start : points[i - 1];
     if ((points[i] - before).cwiseAbs().maxCoeff() < kNoLine)
       diagnostics.error(Code::kInvalidValue, "/points" + pointer_segment(i), "the point is the same as the one before",
-                        "points that differ");
+                        "Choose points that differ");
   }
   return diagnostics;
 }

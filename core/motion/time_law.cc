@@ -35,15 +35,16 @@ Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments, const Begin& begi
   Diagnostics diagnostics;
   if (!(std::isfinite(begin.ds) && std::isfinite(begin.dds) && begin.ds >= 0.0))
     diagnostics.error(Code::kOutOfRange, "/begin", fmt::format("ds = {} 1/s, dds = {} 1/s^2", begin.ds, begin.dds),
-                      "finite, and not backwards");
+                      "Give finite numbers that do not run backwards");
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto [duration, jerk] = segments[i];
     if (!std::isfinite(duration) || duration < 0.0) {
       diagnostics.error(Code::kOutOfRange, pointer_segment(i), fmt::format("duration {} s of a segment", duration),
-                        "finite and >= 0");
+                        "Give a finite number >= 0");
     }
     if (!std::isfinite(jerk))
-      diagnostics.error(Code::kOutOfRange, pointer_segment(i), fmt::format("jerk {} of a segment", jerk), "finite");
+      diagnostics.error(Code::kOutOfRange, pointer_segment(i), fmt::format("jerk {} of a segment", jerk),
+                        "Give a finite number");
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
 
@@ -59,12 +60,12 @@ Result<TimeLaw> TimeLaw::create(std::vector<Segment> segments, const Begin& begi
   const LawPoint& end = law.knots_.back().point;
   if (!(std::abs(end.s - 1.0) <= kEndTolerance)) {
     diagnostics.error(Code::kOutOfRange, {}, fmt::format("the law ends at s = {}", end.s),
-                      "a law runs from s = 0 to s = 1");
+                      "Run the law from s = 0 to s = 1");
   }
   if (!(std::abs(end.ds) <= kEndTolerance * fastest) || !(std::abs(end.dds) <= kEndTolerance * strongest)) {
     diagnostics.error(Code::kOutOfRange, {},
                       fmt::format("the law ends with ds = {} 1/s and dds = {} 1/s^2", end.ds, end.dds),
-                      "a law ends at rest");
+                      "End the law at rest");
   }
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return law;

@@ -51,7 +51,7 @@ Diagnostics TorqueProfile::overloads(const std::string& pointer) const {
                     "{:.1f} {} to hold them and {:.1f} {} of friction",
                     chain_.joint_names()[static_cast<std::size_t>(i)], load_.payload.mass, 100.0 * heaviest->s,
                     std::abs(heaviest->gravity[i]), unit, chain_.friction()[i], unit),
-        fmt::format("less than {:.1f} {}: a lighter load, or a posture nearer to the base",
+        fmt::format("Keep it below {:.1f} {}: lighten the load, or choose a posture nearer to the base",
                     (kShareOfTorque - kLeastRoom) * limit, unit));
   }
   return diagnostics;

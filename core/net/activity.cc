@@ -44,7 +44,7 @@ std::string Activity::example(Ref a, Ref b) {
 
 // Evaluation on demand with a stack of its own: an item that needs others waits until they are known.
 
-const Activity::Three& Activity::resolve(const Item& item) {
+const Activity::Tristate& Activity::resolve(const Item& item) {
   std::vector<Item> open{item};
   std::map<Item, int> visits;
   while (!open.empty()) {
@@ -54,10 +54,10 @@ const Activity::Three& Activity::resolve(const Item& item) {
       continue;
     }
     missing_.clear();
-    const Three value = evaluate(top);
+    const Tristate value = evaluate(top);
     // An item that is asked for again while it waits stands in a cycle: it may be anything.
     if (missing_.empty() || visits[top]++ > 1 || gave_up()) {
-      memo_[top] = missing_.empty() && !gave_up() ? value : Three{};
+      memo_[top] = missing_.empty() && !gave_up() ? value : Tristate{};
       open.pop_back();
       continue;
     }
@@ -66,15 +66,15 @@ const Activity::Three& Activity::resolve(const Item& item) {
   return memo_[item];
 }
 
-const Activity::Three& Activity::look(const Item& item) {
-  static const Three kAnything;
+const Activity::Tristate& Activity::look(const Item& item) {
+  static const Tristate kAnything;
   const auto found = memo_.find(item);
   if (found != memo_.end()) return found->second;
   missing_.push_back(item);
   return kAnything;
 }
 
-Activity::Three Activity::evaluate(const Item& item) {
+Activity::Tristate Activity::evaluate(const Item& item) {
   switch (item.what) {
     case What::kSignal:
       return signal(item.index, item.back);
@@ -86,10 +86,10 @@ Activity::Three Activity::evaluate(const Item& item) {
   return present(item.index, item.back);
 }
 
-Activity::Three Activity::signal(int output, int back) {
+Activity::Tristate Activity::signal(int output, int back) {
   const int node = node_of(output), port = output - flat_.output_base[static_cast<std::size_t>(node)];
   const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
-  Three value;
+  Tristate value;
   if (const Formula* formula = formula_of(node, port)) {
     value = meaning(*formula, node, output, back);
   } else if (info.merge) {
@@ -103,16 +103,16 @@ Activity::Three Activity::signal(int output, int back) {
   return ever_rests(fragment) ? gated(value, look({What::kRunning, fragment, back})) : value;
 }
 
-Activity::Three Activity::running_fragment(int fragment, int back) {
+Activity::Tristate Activity::running_fragment(int fragment, int back) {
   if (!ever_rests(fragment)) return constant(true);
   const int parent = flat_.fragments[static_cast<std::size_t>(fragment)].parent;
-  const Three outer = look({What::kRunning, parent, back});
-  const Three own = read(flat_.primitive_count() + fragment, 0, back);
+  const Tristate outer = look({What::kRunning, parent, back});
+  const Tristate own = read(flat_.primitive_count() + fragment, 0, back);
   return {bdd_.both(outer.yes, own.yes), bdd_.either(outer.no, bdd_.either(own.no, own.null)), Bdd::kFalse};
 }
 
 /// Null in, null out: a value needs its fragment and all inputs that do not handle null themselves.
-Activity::Three Activity::present(int output, int back) {
+Activity::Tristate Activity::present(int output, int back) {
   const int node = node_of(output);
   const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
   Ref there = look({What::kRunning, flat_.fragment_of(node), back}).yes;
@@ -134,7 +134,7 @@ const FlatLink* Activity::link_into(int node, int port) const {
   return link < 0 ? nullptr : &flat_.links[static_cast<std::size_t>(link)];
 }
 
-Activity::Three Activity::read(int node, int port, int back) {
+Activity::Tristate Activity::read(int node, int port, int back) {
   const FlatLink* link = link_into(node, port);
   if (link == nullptr) {
     if (flat_.is_gate(node)) return constant(true);
@@ -147,9 +147,9 @@ Activity::Three Activity::read(int node, int port, int back) {
   if (!link->delayed) return look({What::kSignal, from, back});
   if (ever_rests(link->fragment) || back >= kMostCyclesBack) return atom(memory(*link, back));
   const auto& initial = flat_.description(*link).initial;
-  const Three begin =
-      initial.is_boolean() ? constant(initial.get<bool>()) : Three{Bdd::kFalse, Bdd::kFalse, Bdd::kTrue};
-  const Three before = look({What::kSignal, from, back + 1});
+  const Tristate begin =
+      initial.is_boolean() ? constant(initial.get<bool>()) : Tristate{Bdd::kFalse, Bdd::kFalse, Bdd::kTrue};
+  const Tristate before = look({What::kSignal, from, back + 1});
   const Ref now = first(back), later = bdd_.opposite(now);
   const auto choose = [&](Ref a, Ref b) { return bdd_.either(bdd_.both(now, a), bdd_.both(later, b)); };
   return {choose(begin.yes, before.yes), choose(begin.no, before.no), choose(begin.null, before.null)};
@@ -175,10 +175,10 @@ Activity::Origin Activity::memory(const FlatLink& link, int back) const {
 }
 
 /// A Merge hands on one of its inputs.
-Activity::Three Activity::merged(int node, int back) {
-  Three value{Bdd::kFalse, Bdd::kFalse, Bdd::kTrue};
+Activity::Tristate Activity::merged(int node, int back) {
+  Tristate value{Bdd::kFalse, Bdd::kFalse, Bdd::kTrue};
   for (int port = 0; port < flat_.input_count(node); ++port) {
-    const Three input = read(node, port, back);
+    const Tristate input = read(node, port, back);
     value = {bdd_.either(value.yes, input.yes), bdd_.either(value.no, input.no), bdd_.both(value.null, input.null)};
   }
   return value;
@@ -197,15 +197,16 @@ const Formula* Activity::formula_of(int node, int port) {
   return known->second ? &*known->second : nullptr;
 }
 
-Activity::Three Activity::meaning(const Formula& formula, int node, int output, int back) {
-  std::vector<Three> stack;
+Activity::Tristate Activity::meaning(const Formula& formula, int node, int output, int back) {
+  std::vector<Tristate> stack;
   for (const Formula::Step& one : formula.steps) stack.push_back(step(one, node, output, back, stack));
   return stack.back();
 }
 
-Activity::Three Activity::step(const Formula::Step& step, int node, int output, int back, std::vector<Three>& stack) {
+Activity::Tristate Activity::step(const Formula::Step& step, int node, int output, int back,
+                                  std::vector<Tristate>& stack) {
   const auto pop = [&stack] {
-    const Three top = stack.back();
+    const Tristate top = stack.back();
     stack.pop_back();
     return top;
   };
@@ -227,32 +228,34 @@ Activity::Three Activity::step(const Formula::Step& step, int node, int output, 
     default:
       break;
   }
-  const Three b = pop(), a = pop();
+  const Tristate b = pop(), a = pop();
   if (step.kind == Kind::kAnd) return both(a, b);
   if (step.kind == Kind::kOr) return either(a, b);
   if (step.kind == Kind::kElse) return otherwise(a, b);
   return either(both(a, opposite(b)), both(opposite(a), b));
 }
 
-Activity::Three Activity::both(const Three& a, const Three& b) {
+Activity::Tristate Activity::both(const Tristate& a, const Tristate& b) {
   const Ref null = bdd_.either(bdd_.both(a.null, bdd_.either(b.null, b.yes)), bdd_.both(a.yes, b.null));
   return {bdd_.both(a.yes, b.yes), bdd_.either(a.no, b.no), null};
 }
 
-Activity::Three Activity::either(const Three& a, const Three& b) { return opposite(both(opposite(a), opposite(b))); }
+Activity::Tristate Activity::either(const Tristate& a, const Tristate& b) {
+  return opposite(both(opposite(a), opposite(b)));
+}
 
-Activity::Three Activity::otherwise(const Three& a, const Three& b) {
+Activity::Tristate Activity::otherwise(const Tristate& a, const Tristate& b) {
   return {bdd_.either(a.yes, bdd_.both(a.null, b.yes)), bdd_.either(a.no, bdd_.both(a.null, b.no)),
           bdd_.both(a.null, b.null)};
 }
 
-Activity::Three Activity::gated(Three value, const Three& running) {
+Activity::Tristate Activity::gated(Tristate value, const Tristate& running) {
   return {bdd_.both(value.yes, running.yes), bdd_.both(value.no, running.yes), bdd_.either(value.null, running.no)};
 }
 
-Activity::Three Activity::is_null(int node, int port, int back) {
+Activity::Tristate Activity::is_null(int node, int port, int back) {
   if (flat_.input(node, port).type == ValueType::kBoolean) {
-    const Three value = read(node, port, back);
+    const Tristate value = read(node, port, back);
     return {value.null, bdd_.either(value.yes, value.no), Bdd::kFalse};
   }
   const FlatLink* link = link_into(node, port);
@@ -262,7 +265,7 @@ Activity::Three Activity::is_null(int node, int port, int back) {
   // The same unknown as in comparisons of this value.
   const Origin origin{.output = output_number(link->from, link->from_port), .back = back, .initial = {}};
   const Ref null = cuts({origin, {}}).null;
-  const Three& running = look({What::kRunning, flat_.fragment_of(link->from), back});
+  const Tristate& running = look({What::kRunning, flat_.fragment_of(link->from), back});
   return {bdd_.either(null, running.no), bdd_.both(bdd_.opposite(null), present), Bdd::kFalse};
 }
 
@@ -282,7 +285,7 @@ Activity::Operand Activity::operand(const FormulaNumber& number, int node, int b
 }
 
 /// Two numbers: one of them constant, or their difference against zero.
-Activity::Three Activity::compare(const Formula::Step& step, int node, int back) {
+Activity::Tristate Activity::compare(const Formula::Step& step, int node, int back) {
   Operand a = operand(step.a, node, back), b = operand(step.b, node, back);
   if ((!a.constant && !a.origin) || (!b.constant && !b.origin)) return {Bdd::kFalse, Bdd::kFalse, Bdd::kTrue};
   if (a.constant && b.constant) {
@@ -306,7 +309,7 @@ Activity::Three Activity::compare(const Formula::Step& step, int node, int back)
   if (turned) holds = bdd_.opposite(step.kind == Kind::kLess ? up_to : under);
   if (step.kind == Kind::kEqual) holds = bdd_.both(up_to, bdd_.opposite(under));
   const Ref there = bdd_.opposite(known.null);
-  Three value{bdd_.both(holds, there), bdd_.both(bdd_.opposite(holds), there), known.null};
+  Tristate value{bdd_.both(holds, there), bdd_.both(bdd_.opposite(holds), there), known.null};
   for (const int from : {a.node, b.node}) {
     if (from >= 0 && ever_rests(flat_.fragment_of(from))) {
       value = gated(value, look({What::kRunning, flat_.fragment_of(from), back}));
@@ -317,7 +320,7 @@ Activity::Three Activity::compare(const Formula::Step& step, int node, int back)
 
 // What LOAD cannot look into.
 
-Activity::Three Activity::atom(const Origin& origin) {
+Activity::Tristate Activity::atom(const Origin& origin) {
   auto found = atoms_.find(origin);
   if (found == atoms_.end()) {
     found = atoms_.emplace(origin, std::pair{bdd_.variable(), bdd_.variable()}).first;

@@ -41,7 +41,7 @@ class Activity {
   static constexpr int kMostCyclesBack = 4;
 
   /// When a Boolean can be true, false and null.
-  struct Three {
+  struct Tristate {
     Bdd::Ref yes = Bdd::kTrue, no = Bdd::kTrue, null = Bdd::kTrue;
   };
   enum class What { kSignal, kRunning, kPresent };
@@ -72,36 +72,36 @@ class Activity {
     bool integer = false;
   };
 
-  const Three& resolve(const Item& item);
-  Three evaluate(const Item& item);
-  const Three& look(const Item& item);
+  const Tristate& resolve(const Item& item);
+  Tristate evaluate(const Item& item);
+  const Tristate& look(const Item& item);
 
-  Three signal(int output, int back);
-  Three running_fragment(int fragment, int back);
-  Three present(int output, int back);
+  Tristate signal(int output, int back);
+  Tristate running_fragment(int fragment, int back);
+  Tristate present(int output, int back);
 
-  Three read(int node, int port, int back);
+  Tristate read(int node, int port, int back);
   Bdd::Ref present_input(int node, int port, int back);
-  Three meaning(const Formula& formula, int node, int output, int back);
-  Three step(const Formula::Step& step, int node, int output, int back, std::vector<Three>& stack);
-  Three compare(const Formula::Step& step, int node, int back);
-  Three is_null(int node, int port, int back);
+  Tristate meaning(const Formula& formula, int node, int output, int back);
+  Tristate step(const Formula::Step& step, int node, int output, int back, std::vector<Tristate>& stack);
+  Tristate compare(const Formula::Step& step, int node, int back);
+  Tristate is_null(int node, int port, int back);
   Operand operand(const FormulaNumber& number, int node, int back);
-  Three merged(int node, int back);
+  Tristate merged(int node, int back);
 
-  Three atom(const Origin& origin);
+  Tristate atom(const Origin& origin);
   Cuts& cuts(const Number& number);
   Bdd::Ref cut(Cuts& cuts, Cut at, bool integer);
   void keep_exclusive(const Origin& origin);
   Bdd::Ref first(int back);
   const Formula* formula_of(int node, int port);
 
-  Three both(const Three& a, const Three& b);
-  Three either(const Three& a, const Three& b);
-  Three otherwise(const Three& a, const Three& b);
-  static Three opposite(const Three& a) { return {a.no, a.yes, a.null}; }
-  static Three constant(bool value) { return {value, !value, Bdd::kFalse}; }
-  Three gated(Three value, const Three& running);
+  Tristate both(const Tristate& a, const Tristate& b);
+  Tristate either(const Tristate& a, const Tristate& b);
+  Tristate otherwise(const Tristate& a, const Tristate& b);
+  static Tristate opposite(const Tristate& a) { return {a.no, a.yes, a.null}; }
+  static Tristate constant(bool value) { return {value, !value, Bdd::kFalse}; }
+  Tristate gated(Tristate value, const Tristate& running);
 
   [[nodiscard]] int node_of(int output) const;
   [[nodiscard]] const FlatLink* link_into(int node, int port) const;
@@ -116,7 +116,7 @@ class Activity {
   const FlatNet& flat_;
   Bdd bdd_;
   Bdd::Ref world_ = Bdd::kTrue;  ///< what always holds: cuts are nested, exclusive outputs exclude each other
-  std::map<Item, Three> memo_;
+  std::map<Item, Tristate> memo_;
   std::vector<Item> missing_;
   std::map<Origin, std::pair<Bdd::Ref, Bdd::Ref>> atoms_;  ///< null, value
   std::map<Number, Cuts> numbers_;

@@ -185,7 +185,7 @@ void Builder::take_claims(int number, const std::vector<Resource*>& claims) {
                     flat_.primitive_pointer(number) + "/parameters" + pointer_segment(primitive.info->claims),
                     fmt::format("'{}' drives '{}', which shares a part with '{}' that '{}' drives", primitive.id,
                                 name_at(number), name_at(claim->second.second), flat_.id(claim->second.second)),
-                    "the whole, or its parts one by one");
+                    "Drive the whole, or its parts one by one");
       break;
     }
   }
@@ -231,7 +231,7 @@ void check_termination(const FlatNet& flat, LoadReport& report) {
     return;
   }
   report.error(Code::kMissing, "/primitives", "the net has no Termination, so it could never end",
-               "add a primitive of type Termination and link its input");
+               "Add a primitive of type Termination and link its input");
 }
 
 /// Fragments, primitives and links as data.

@@ -134,8 +134,8 @@ class ExclusionCheck {
     report_.error(Code::kResourceConflict, flat_.primitive_pointer(other) + "/parameters" + pointer_segment(claims),
                   fmt::format("device '{}' is driven by both '{}' and '{}'{}", shown(device), flat_.id(one),
                               flat_.id(other), when(*conflict)),
-                  "one primitive drives a device: put each into a fragment of its own whose activations exclude each "
-                  "other, or let the fragments share one driver through a Merge");
+                  "Put each into a fragment of its own whose activations exclude each other, or let the fragments "
+                  "share one driver through a Merge");
   }
 
   void check_merge(int primitive) {

@@ -164,7 +164,7 @@ void Flattener::add_fragments(int parent) {
     const std::string id = scope.empty() ? description.id : scope + "/" + description.id;
     if (static_cast<std::size_t>(std::ranges::count(id, '/')) >= kMaxNesting) {
       report_.error(Code::kTooLarge, place, fmt::format("fragments nest deeper than {} levels", kMaxNesting),
-                    "a fragment inside may stand beside its parent as well");
+                    "Move a fragment out of its parent: it may stand beside it as well");
       continue;
     }
     flat_.fragments.push_back({.id = id,
@@ -181,12 +181,12 @@ void Flattener::add_fragments(int parent) {
 bool Flattener::add_name(const std::string& full_id, const std::string& id, const std::string& pointer, int value) {
   if (!valid_id(id)) {
     report_.error(Code::kInvalidName, pointer + "/id", fmt::format("invalid id '{}'", shown(id)),
-                  "1 to 128 bytes without '.', '/', blanks and control characters");
+                  "Use 1 to 128 bytes without '.', '/', blanks and control characters");
     return false;
   }
   if (names_.emplace(full_id, value).second) return true;
   report_.error(Code::kDuplicate, pointer + "/id", fmt::format("duplicate id '{}'", id),
-                "ids of primitives and fragments are unique in a net");
+                "Give each primitive and fragment of a net an id of its own");
   return false;
 }
 
@@ -227,7 +227,8 @@ void Flattener::check_on_null(int number) {
   const PrimitiveInfo& info = *primitive.info;
   const std::string place = flat_.primitive_pointer(number) + "/on_null";
   if (!primitive.description->on_null.is_object()) {
-    report_.error(Code::kWrongType, place, "\"on_null\" is not a JSON object", "{\"INPUT\": what null means there}");
+    report_.error(Code::kWrongType, place, "\"on_null\" is not a JSON object",
+                  "Write {\"INPUT\": what null means there}");
     return;
   }
   const auto listed = [](const std::vector<std::string>& names, const std::string& name) {
@@ -237,12 +238,12 @@ void Flattener::check_on_null(int number) {
     if (listed(info.flags, key)) {
       if (value.is_boolean()) continue;
       report_.error(Code::kInvalidValue, place + pointer_segment(key),
-                    fmt::format("{} is not what null can mean here", shown(value.dump())), "true or false");
+                    fmt::format("{} is not what null can mean here", shown(value.dump())), "Give true or false");
     } else if (listed(info.bridgeable_inputs, key)) {
       if (!bridge_error(value)) continue;
       report_.error(Code::kUnknownName, place + pointer_segment(key),
                     fmt::format("{} is not what null can mean here", shown(value.dump())),
-                    fmt::format("\"stop\", or {{\"bridge_cycles\": N}} with N in [0,{}]", kMostBridgedCycles));
+                    fmt::format("Give \"stop\", or {{\"bridge_cycles\": N}} with N in [0,{}]", kMostBridgedCycles));
     } else {
       const auto choices = [&info] {
         std::vector<std::string> names = info.flags;
@@ -296,9 +297,9 @@ void Flattener::index_ports(FlatFragment& fragment) {
                     place + pointer_segment(key) + pointer_segment(static_cast<std::size_t>(ports[i].second)),
                     twice ? fmt::format("duplicate port '{}'", shown(ports[i].first))
                           : fmt::format("invalid port name '{}'", ports[i].first),
-                    reserved ? "the input 'active' is there by itself"
-                    : twice  ? (output ? "an output has one source" : "an input leads to each target once")
-                             : "a port has a name");
+                    reserved ? "Remove it: the input 'active' is there by itself"
+                    : twice  ? (output ? "Feed each output from one source" : "Lead an input to each target once")
+                             : "Give each port a name");
     }
   };
   index(fragment.description->inputs, fragment.inputs, "inputs", false);
@@ -336,7 +337,7 @@ void Flattener::resolve_links(int fragment) {
     resolve_inputs(fragment, description.to, pointer + "/to", targets);
     if (!description.delayed && !description.initial.is_null()) {
       report_.error(Code::kConflict, pointer + "/initial", "only a delayed link has an initial value",
-                    "add \"delayed\": true");
+                    "Add \"delayed\": true");
     }
     for (const Endpoint& target : targets) {
       link.to = target.node;
@@ -362,7 +363,7 @@ void Flattener::resolve_demands(int fragment) {
     if (description.maximum_cycles < 0 || description.minimum_cycles.value_or(0) < 0 ||
         description.minimum_cycles.value_or(0) > description.maximum_cycles) {
       report_.error(Code::kOutOfRange, pointer, "the demanded cycles are no range",
-                    "0 <= minimum_cycles <= maximum_cycles");
+                    "Keep 0 <= minimum_cycles <= maximum_cycles");
     }
     for (const Endpoint& target : targets) {
       if (!found) break;
@@ -380,7 +381,7 @@ bool Flattener::split(std::string_view text, std::string_view& id, std::string_v
   if (dot == std::string_view::npos || dot == 0 || dot + 1 == text.size()) {
     if (pointer == nullptr) return false;
     report_.error(Code::kUnknownName, *pointer, fmt::format("'{}' names no port", shown(text)),
-                  "a port is \"id.port\"");
+                  "Name a port as \"id.port\"");
     return false;
   }
   id = text.substr(0, dot);
@@ -420,7 +421,7 @@ void Flattener::unknown_id(int fragment, std::string_view id, const std::string&
   };
   report_.error(Code::kUnknownName, pointer, fmt::format("there is no primitive or fragment '{}'", shown(id)),
                 is_outside(fragment, id)
-                    ? "it lies outside of this fragment: lead it in or out through a port of the fragment"
+                    ? "Lead it in or out through a port of the fragment: it lies outside of this one"
                     : report_.nearest(shown(id), choices));
 }
 
@@ -520,10 +521,11 @@ void Flattener::connect(const FlatLink& link) {
       flat_.input_link[static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(link.to)] + link.to_port)];
   if (taken >= 0) {
     const FlatLink& other = flat_.links[static_cast<std::size_t>(taken)];
-    report_.error(Code::kDuplicate, flat_.link_pointer(link) + "/to",
-                  fmt::format("input '{}' is linked twice", flat_.input_name(link.to, link.to_port)),
-                  fmt::format("the other link is {}; fragments that take turns share an input through a Merge",
-                              flat_.link_pointer(other)));
+    report_.error(
+        Code::kDuplicate, flat_.link_pointer(link) + "/to",
+        fmt::format("input '{}' is linked twice", flat_.input_name(link.to, link.to_port)),
+        fmt::format("Remove one (the other link is {}); fragments that take turns share an input through a Merge",
+                    flat_.link_pointer(other)));
     return;
   }
   taken = static_cast<int>(flat_.links.size());
@@ -535,7 +537,7 @@ void Flattener::connect(const FlatLink& link) {
     report_.error(Code::kTypeMismatch, flat_.link_pointer(link),
                   fmt::format("'{}' is {}, but '{}' accepts {}", flat_.output_name(link.from, link.from_port),
                               name_of(output.type), flat_.input_name(link.to, link.to_port), name_of(input.type)),
-                  "nothing is converted in silence: put a primitive between that does it");
+                  "Put a primitive between that converts it on purpose");
   }
   if (!flat_.is_gate(link.to)) {
     const auto& breaking = flat_.primitives[static_cast<std::size_t>(link.to)].info->loop_breaking_inputs;
@@ -561,15 +563,15 @@ void Flattener::check_inputs(int number) {
         flat_.input_link[static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(number)] + port)];
     const bool constant = flat_.constant(number, port) != nullptr;
     if (link >= 0 && constant) {
-      report_.error(Code::kConflict,
-                    flat_.primitive_pointer(number) + "/parameters" + pointer_segment(info->inputs[i].name),
-                    fmt::format("input '{}' has both a link and a constant", flat_.input_name(number, port)),
-                    fmt::format("the link is {}", flat_.link_pointer(flat_.links[static_cast<std::size_t>(link)])));
+      report_.error(
+          Code::kConflict, flat_.primitive_pointer(number) + "/parameters" + pointer_segment(info->inputs[i].name),
+          fmt::format("input '{}' has both a link and a constant", flat_.input_name(number, port)),
+          fmt::format("Remove one: the link is {}", flat_.link_pointer(flat_.links[static_cast<std::size_t>(link)])));
     } else if (link < 0 && !constant && !info->inputs[i].spec.optional) {
       report_.error(
           Code::kUnlinkedInput, flat_.primitive_pointer(number),
           fmt::format("input '{}' ({}) is not linked", flat_.input_name(number, port), name_of(info->inputs[i].type)),
-          fmt::format("link it, or give it a constant as parameter \"{}\"", info->inputs[i].name));
+          fmt::format("Link it, or give it a constant as parameter \"{}\"", info->inputs[i].name));
     }
   }
 }

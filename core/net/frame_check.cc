@@ -115,7 +115,8 @@ class FrameChecker {
           fmt::format("frame mismatch: '{}' is {}{}, but '{}' accepts {}{}",
                       flat_.output_name(link.from, link.from_port), words(from), flat_.declared_frame(link.from),
                       flat_.input_name(link.to, link.to_port), words(to), flat_.declared_frame(link.to)),
-          "A>B is the pose of B in A, a single name the frame a value is expressed in");
+          "Feed the pose that the port names: A>B is the pose of B in A, a single name the frame a value is expressed "
+          "in");
       return;
     }
     for (std::size_t i = 0; i < from.size(); ++i) join(find(from[i]), find(to[i]));

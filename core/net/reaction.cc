@@ -62,9 +62,8 @@ class DemandCheck {
       const int output = flat_.output_base[static_cast<std::size_t>(demand.from)] + demand.from_port;
       if (output != followed) work_ += graph_.size();
       if (work_ > kMostWork) {
-        report_.error(
-            Code::kTooLarge, flat_.demand_pointer(demand), "too many demands for a net of this size",
-            "demands from one output are best listed one after the other: the path from there is followed once");
+        report_.error(Code::kTooLarge, flat_.demand_pointer(demand), "too many demands for a net of this size",
+                      "List demands from one output one after the other: the path from there is followed once");
         return;
       }
       if (output != followed) graph_.follow(std::span(&output, 1));
@@ -82,33 +81,34 @@ class DemandCheck {
     const std::string place = flat_.demand_pointer(demand);
     const ReactionGraph::Arrival& arrival = graph_.at(input);
     if (arrival.first == ReactionGraph::kNever) {
-      report_.error(
-          Code::kReactionBound, place, fmt::format("nothing leads from '{}' to '{}', so it never arrives", from, to),
-          fmt::format("at most {} demanded; link the two, or drop the demand", cycles(wanted.maximum_cycles)));
+      report_.error(Code::kReactionBound, place,
+                    fmt::format("nothing leads from '{}' to '{}', so it never arrives", from, to),
+                    fmt::format("Link the two, or drop the demand of at most {}", cycles(wanted.maximum_cycles)));
       return;
     }
     if (arrival.data_dependent) {
       work_ += graph_.size();
-      report_.error(
-          Code::kReactionBound, place,
-          fmt::format("no bound from '{}' to '{}': the time depends on data: {}", from, to,
-                      graph_.words_of(graph_.data_dependent_way(std::span(&output, 1), input))),
-          fmt::format("at most {} demanded; add a path with a fixed latency beside it", cycles(wanted.maximum_cycles)));
+      report_.error(Code::kReactionBound, place,
+                    fmt::format("no bound from '{}' to '{}': the time depends on data: {}", from, to,
+                                graph_.words_of(graph_.data_dependent_way(std::span(&output, 1), input))),
+                    fmt::format("Add a path with a fixed latency beside it: at most {} are demanded",
+                                cycles(wanted.maximum_cycles)));
       return;
     }
     if (arrival.last > wanted.maximum_cycles) {
-      report_.error(Code::kReactionBound, place + "/maximum_cycles",
-                    fmt::format("'{}' can take {} to '{}': {}", from, cycles(arrival.last), to,
-                                arrival.exact ? graph_.words_of(graph_.longest_way(input))
-                                              : "an upper bound, since the loop on the path is too tangled"),
-                    fmt::format("at most {} demanded; take a delay out of this path", cycles(wanted.maximum_cycles)));
+      report_.error(
+          Code::kReactionBound, place + "/maximum_cycles",
+          fmt::format("'{}' can take {} to '{}': {}", from, cycles(arrival.last), to,
+                      arrival.exact ? graph_.words_of(graph_.longest_way(input))
+                                    : "an upper bound, since the loop on the path is too tangled"),
+          fmt::format("Take a delay out of this path: at most {} are demanded", cycles(wanted.maximum_cycles)));
     }
     const std::int64_t minimum = wanted.minimum_cycles.value_or(0);
     if (arrival.first < minimum) {
       report_.error(Code::kReactionBound, place + "/minimum_cycles",
                     fmt::format("'{}' can take only {} to '{}': {}", from, cycles(arrival.first), to,
                                 graph_.words_of(graph_.shortest_way(input))),
-                    fmt::format("at least {} demanded; put a delay into this path", cycles(minimum)));
+                    fmt::format("Put a delay into this path: at least {} are demanded", cycles(minimum)));
     }
     net_report_.demands.push_back({from, to, wanted.maximum_cycles, minimum, arrival.first, arrival.last,
                                    graph_.links_of(graph_.longest_way(input))});

@@ -180,7 +180,7 @@ Diagnostics Registry::check(std::string_view type, const Maker& maker) const {
   if (const Entry* taken = entry(type)) {
     diagnostics.error(Code::kDuplicate, {},
                       fmt::format("primitive '{}' is registered already, in family '{}'", type, taken->info.family),
-                      "another name");
+                      "Choose another name");
     return diagnostics;
   }
   PrimitiveInfo info;

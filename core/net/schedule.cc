@@ -158,8 +158,8 @@ class CycleReporter {
     if (chain.size() > kMostShown) text += fmt::format(", ... ({} steps in all)", chain.size());
     report_.error(Code::kCycleWithoutDelay, flat_.link_pointer(flat_.links[static_cast<std::size_t>(first_link)]),
                   fmt::format("cycle without a delay: {}", text),
-                  "every value here waits for itself; mark one of these links \"delayed\": true (one cycle, with "
-                  "\"initial\"), or lead it into an input that breaks loops");
+                  "Mark one of these links \"delayed\": true (one cycle, with \"initial\"), or lead it into an input "
+                  "that breaks loops: every value here waits for itself");
   }
 
   const FlatNet& flat_;

@@ -359,7 +359,7 @@ class UnitChecker {
                     unit_text(link.from, terms(link.from, link.from_port, true)), flat_.declared_unit(link.from),
                     flat_.input_name(link.to, link.to_port), unit_text(link.to, terms(link.to, link.to_port, false)),
                     flat_.declared_unit(link.to)),
-        "link ports of one unit, or convert on purpose");
+        "Link ports of one unit, or convert on purpose");
   }
 
   void note_free() {

@@ -66,7 +66,7 @@ Diagnostics unit_quaternion(const double (&wxyz)[4], Rotation& value) {
   Diagnostics diagnostics;
   if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
     diagnostics.error(Code::kOutOfRange, {}, fmt::format("quaternion of norm {:.6g}", norm),
-                      "[w,x,y,z] with norm 1 within 0.001");
+                      "Give [w,x,y,z] with norm 1 within 0.001");
     return diagnostics;
   }
   value = norm == 1.0 ? q : q.normalized();
@@ -112,7 +112,7 @@ Diagnostics check_numbers(std::span<const double> values, std::string_view range
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (inside(values[i], interval)) continue;
     diagnostics.error(Code::kOutOfRange, indexed ? pointer_segment(i) : "",
-                      fmt::format("{} is out of range", values[i]), fmt::format("allowed: {}", range));
+                      fmt::format("{} is out of range", values[i]), fmt::format("Choose from {}", range));
   }
   return diagnostics;
 }

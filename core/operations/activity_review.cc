@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kProgram = "program";
 
-bool meets_own(const FoundCollision& found, const Timeline& timeline, const collision::Situation& begin,
+bool meets_own(const FoundCollision& found, const Timeline& timeline, const collision::CellState& begin,
                const MotionTask& own) {
   const collision::Scene& scene = timeline.cell().shapes->scene;
   return std::ranges::any_of(std::array{found.a, found.b}, [&](const std::string& body) {
@@ -38,7 +38,7 @@ ActivityReview::ActivityReview(const std::vector<MotionTask>& requests, const Pl
 
 /// Each is a branch of its own: they run at the same time.
 void ActivityReview::add_beside() {
-  for (const MotionBeside& one : planning_.beside) {
+  for (const ConcurrentMotion& one : planning_.beside) {
     CheckedMotion motion{.tracks = tracks_of(one.motion, one.actuator.model(), planning_.cell),
                          .parts = {{0.0, one.name, {}}},
                          .touching = one.touching,

@@ -22,7 +22,7 @@ class ActivityReview {
   ActivityReview(const std::vector<MotionTask>& requests, const PlanningContext& planning, const command::Cell& seen);
 
   /// What it has to be planned with.
-  [[nodiscard]] const Meanwhile& meanwhile() const { return meanwhile_; }
+  [[nodiscard]] const ConcurrentMotions& meanwhile() const { return meanwhile_; }
   /// @return true: it is to be planned again
   [[nodiscard]] bool plan_again(const Result<motion::SequencePlan>& plan);
   /// What it would meet on the clock all the same.
@@ -38,9 +38,9 @@ class ActivityReview {
   const std::vector<MotionTask>& requests_;
   const PlanningContext& planning_;
   const command::Cell& seen_;
-  Meanwhile meanwhile_ = {};
+  ConcurrentMotions meanwhile_ = {};
   std::optional<MoveReview> review_ = {};           ///< null: no `move`, or nothing moves beside it
-  std::optional<collision::Situation> begin_ = {};  ///< null: nothing moves beside it
+  std::optional<collision::CellState> begin_ = {};  ///< null: nothing moves beside it
   PlayedSteps beside_ = {};
   BranchParents branches_ = {-1};
 };

@@ -70,7 +70,8 @@ Diagnostics refused(Code code, std::string pointer, std::string message, std::st
 /// What lies in a dock holds nothing.
 Diagnostics check_coupled_tool(const command::Cell& cell, const std::string& tool) {
   if (cell.arms.contains(cell.tools.find(tool)->second.arm)) return {};
-  return refused(Code::kNotPossibleNow, "/tool", fmt::format("'{}' is coupled to no arm", tool), "\"couple\" before");
+  return refused(Code::kNotPossibleNow, "/tool", fmt::format("'{}' is coupled to no arm", tool),
+                 "Put \"couple\" before it");
 }
 
 /// @param q  of the arm that carries the tool   @return the object
@@ -81,13 +82,13 @@ Result<std::string> attach_at(command::Cell& cell, const AttachParameters& param
   if (const auto held = cell.held.find(tool); held != cell.held.end())
     return std::unexpected(refused(Code::kConflict, "/tool",
                                    fmt::format("'{}' holds '{}' already", tool, held->second.object),
-                                   "\"detach\" before"));
+                                   "Put \"detach\" before it"));
   const auto hold = take_part(cell, attaching(parameters, q));
   if (!hold) return std::unexpected(hold.error());
   if (!hold->object.empty()) return hold->object;
   cell.held.erase(tool);
   return std::unexpected(refused(Code::kConditionNotMet, "", fmt::format("no free object is at '{}'", tool),
-                                 "\"part\": its name, or a position within 10 mm of it"));
+                                 "Name it with \"part\", or close the fingers within 10 mm of it"));
 }
 
 Result<std::string> detach_at(command::Cell& cell, const DetachParameters& parameters,
@@ -98,7 +99,7 @@ Result<std::string> detach_at(command::Cell& cell, const DetachParameters& param
   if (!left) return std::unexpected(left.error());
   if (*left) return (*left)->object;
   return std::unexpected(refused(Code::kConditionNotMet, "/tool", fmt::format("'{}' holds nothing", parameters.tool),
-                                 "\"attach\" before"));
+                                 "Put \"attach\" before it"));
 }
 
 /// A step that changes the belief, and tells arms what they carry then.
@@ -173,7 +174,7 @@ const ParameterTable<DetachParameters>& detach_parameters() {
         .rule([](DetachParameters& parameters, const ReadContext& from) {
           if (parameters.onto || !(parameters.position || parameters.rpy)) return;
           from.reader.diagnostics().error(Code::kMissing, from.reader.pointer(), "a pose without 'onto'",
-                                          "\"onto\": the frame that it is in");
+                                          "Add \"onto\": the frame that it is in");
         });
     return detach;
   }();

@@ -55,8 +55,8 @@ std::vector<LegMaker> with_shares(const std::vector<LegMaker>& makers, const Ble
 bool may_touch(const MotionTask& request) { return request.until || request.force_offset || request.compliance; }
 
 /// What others move meanwhile is left out: where that is then shows in the rehearsal.
-collision::Situation situation_for(const std::vector<MotionTask>& requests, const Surroundings& surroundings) {
-  collision::Situation situation = surroundings.situation();
+collision::CellState situation_for(const std::vector<MotionTask>& requests, const Surroundings& surroundings) {
+  collision::CellState situation = surroundings.situation();
   for (const MotionTask& request : requests) {
     const auto swept = surroundings.meanwhile.beside(request.pointer);
     if (swept == nullptr) continue;
@@ -66,7 +66,7 @@ collision::Situation situation_for(const std::vector<MotionTask>& requests, cons
 }
 
 /// Without what carries on with other machines now.
-collision::Situation without_moving(collision::Situation situation, const command::Cell& cell, const std::string& own) {
+collision::CellState without_moving(collision::CellState situation, const command::Cell& cell, const std::string& own) {
   const collision::ContactRules rules(*cell.shapes, situation);
   for (int body = 0; body < static_cast<int>(cell.shapes->scene.bodies().size()); ++body) {
     const auto arm = cell.arms.find(rules.arm_of(body));
@@ -109,7 +109,7 @@ class SequenceCheck {
   const command::Cell& cell_;
   const motion::ArmModel& arm_;
   std::string name_;
-  collision::Situation situation_;
+  collision::CellState situation_;
   collision::ContactRules rules_;
   collision::Touching touching_;
 };

@@ -9,16 +9,16 @@ namespace takt::activity {
 namespace {
 
 using collision::CellShapes;
-using collision::Situation;
+using collision::CellState;
 
 /// Whether a body never moves, whatever the program does: furniture, and the first link of a machine in the world.
-bool never_moves(const CellShapes& shapes, const collision::ContactRules& rules, const Situation& situation, int body) {
+bool never_moves(const CellShapes& shapes, const collision::ContactRules& rules, const CellState& situation, int body) {
   const collision::Body& one = shapes.scene.body(body);
   const bool in_world = one.root && situation.state.fixings[static_cast<std::size_t>(body)].parent < 0;
   return (in_world || rules.arm_of(body).empty()) && !shapes.free_objects.contains(one.owner);
 }
 
-void add_unknown_arms(const CellShapes& shapes, const std::set<std::string>& arms, Situation& situation) {
+void add_unknown_arms(const CellShapes& shapes, const std::set<std::string>& arms, CellState& situation) {
   if (arms.empty()) return;
   const collision::ContactRules rules(shapes, situation);
   const int count = static_cast<int>(shapes.scene.bodies().size());
@@ -54,7 +54,7 @@ bool is_waiting(const PlayedStep& noted, const PlayedStep& planned) {
 }
 
 /// With what it touches too soon. A `move` that was noted before is that.
-std::shared_ptr<const PlayedStep> played_step(Rehearsal& rehearsal, TimedMotion timed, const Situation& before,
+std::shared_ptr<const PlayedStep> played_step(Rehearsal& rehearsal, TimedMotion timed, const CellState& before,
                                               Diagnostics& diagnostics) {
   add_compliant(rehearsal, timed.motion);
   auto step =
@@ -107,8 +107,8 @@ bool checks_motions(const Rehearsal& rehearsal) {
 
 /// A part that a gripper without a named one has moved may be any like it: once it is let go nobody knows where it is.
 /// Of an arm whose step failed nothing is checked: what it met from a wrong start would be no fault of the program.
-Situation situation_of(const Rehearsal& rehearsal) {
-  Situation situation = believed_situation(rehearsal.cell, rehearsal.q, rehearsal.collisions.widths);
+CellState situation_of(const Rehearsal& rehearsal) {
+  CellState situation = believed_situation(rehearsal.cell, rehearsal.q, rehearsal.collisions.widths);
   for (const std::string& object : rehearsal.one_of_many) {
     const int body = rehearsal.cell.shapes->scene.root_of(object);
     if (body >= 0 && !rehearsal.cell.is_held(object)) situation.unknown.insert(body);
@@ -120,7 +120,7 @@ Situation situation_of(const Rehearsal& rehearsal) {
 void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
   if (!checks_motions(rehearsal)) return;
   const CellShapes& shapes = *rehearsal.cell.shapes;
-  const Situation start = situation_of(rehearsal);
+  const CellState start = situation_of(rehearsal);
   const collision::ContactRules rules(shapes, start);
   collision::CheckOptions options{.margin = shapes.margin, .rule = {}, .bodies = {}};
   options.rule = [&](int a, int b) -> collision::PairRule {
@@ -153,7 +153,7 @@ void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diag
                     const std::set<std::string>& unknown) {
   std::erase_if(motions, [](const TimedMotion& one) { return one.motion.tracks.empty(); });
   if (!checks_motions(rehearsal) || motions.empty()) return;
-  Situation begin = situation_of(rehearsal);
+  CellState begin = situation_of(rehearsal);
   add_unknown_arms(*rehearsal.cell.shapes, unknown, begin);
   PlayedSteps steps;
   for (TimedMotion& one : motions) steps.push_back(played_step(rehearsal, std::move(one), begin, diagnostics));
@@ -162,7 +162,7 @@ void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diag
   Timeline(rehearsal.cell, std::move(begin), std::move(steps)).check(rehearsal.collisions.found, diagnostics);
 }
 
-void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const Situation& before, bool closes,
+void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const CellState& before, bool closes,
                    const std::string& pointer, Diagnostics& diagnostics) {
   if (!checks_motions(rehearsal)) return;
   const CellShapes& shapes = *rehearsal.cell.shapes;
@@ -223,7 +223,7 @@ int branch_within(Rehearsal& rehearsal) {
   return static_cast<int>(branches.size()) - 1;
 }
 
-void lose_time(Rehearsal& rehearsal) { rehearsal.collisions.timed = false; }
+void invalidate_timing(Rehearsal& rehearsal) { rehearsal.collisions.timed = false; }
 
 void note_fingers(Rehearsal& rehearsal, const std::string& gripper, double width, const std::string& object) {
   if (!checks_motions(rehearsal)) return;

@@ -26,11 +26,11 @@ struct CollisionRecord {
   std::shared_ptr<BranchParents> branches = {};  ///< all that there were in the outermost parallel
   bool timed = true;                             ///< the times of this branch are known so far
   std::vector<FoundCollision>* found = nullptr;  ///< who wants to see the collisions; null: nobody
-  Meanwhile meanwhile = {};                      ///< what others do while a `move` is carried out
+  ConcurrentMotions meanwhile = {};              ///< what others do while a `move` is carried out
 };
 
 /// The cell as the rehearsal believes it to be now. The cell has shapes.
-[[nodiscard]] collision::Situation situation_of(const Rehearsal& rehearsal);
+[[nodiscard]] collision::CellState situation_of(const Rehearsal& rehearsal);
 
 /// Bodies that overlap before anything moves.
 void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics);
@@ -57,7 +57,7 @@ void check_together(Rehearsal& rehearsal, std::vector<TimedMotion> motions, Diag
 /// What the fingers of a gripper meet on their way to where note_fingers() has put them.
 /// @param before  the cell when they began   @param closes  what is between them may be touched
 /// @param pointer  of the step
-void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const collision::Situation& before,
+void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const collision::CellState& before,
                    bool closes, const std::string& pointer, Diagnostics& diagnostics);
 
 /// Another branch within the one that is being played: what runs at the same time in one net. @return its number; 0:
@@ -72,7 +72,7 @@ void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const
 void note_moves(Rehearsal& rehearsal, const std::string& arm, std::vector<std::string> pointers, bool may_wait);
 
 /// How long what comes now takes is not known: times of this branch are not any more.
-void lose_time(Rehearsal& rehearsal);
+void invalidate_timing(Rehearsal& rehearsal);
 
 /// The fingers of a gripper have moved. @param object  that they hold now; empty: none
 void note_fingers(Rehearsal& rehearsal, const std::string& gripper, double width, const std::string& object);
@@ -100,7 +100,7 @@ class BranchesTogether {
   int outer_;   ///< branch
   bool timed_;  ///< of the outer one
   bool all_timed_ = true;
-  std::optional<collision::Situation> begin_;  ///< of the outermost
+  std::optional<collision::CellState> begin_;  ///< of the outermost
   std::optional<MoveReview> review_;           ///< likewise
   std::unique_ptr<const Rehearsal> before_;    ///< likewise
   std::size_t nets_ = 0, found_ = 0;           ///< how many there were before

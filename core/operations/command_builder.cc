@@ -42,7 +42,8 @@ State actuator_state(const command::Actuator& actuator, const std::string& which
 command::RealSensor progress_of(const CommandBuilder::Part& part) {
   if (part.made.action) return part.made.action->progress();
   return command::RealSensor(command::broken(Code::kInvalidValue, net::ValueType::kReal,
-                                             fmt::format("C8: '{}' is not a motion", part.request->name), "a motion"));
+                                             fmt::format("C8: '{}' is not a motion", part.request->name),
+                                             "Name a motion"));
 }
 
 /// What the command layer calls its own functions is something else in a file.
@@ -60,22 +61,22 @@ std::string in_words_of_files(std::string text) {
 
 }  // namespace
 
-CommandBuilder::CommandBuilder(const OperationCommand& root, const BuildContext& making) {
+CommandBuilder::CommandBuilder(const OperationCommand& root, const BuildContext& build) {
   add(root, -1);
   // What follows another command comes after it.
   for (const bool follows : {false, true}) {
     for (Part& part : parts_) {
-      if (part.request->follows().empty() != follows) make(part, making);
+      if (part.request->follows().empty() != follows) make(part, build);
     }
   }
   for (Part& part : parts_) {
     if (part.request->transaction() != nullptr) set_up(part);
   }
   for (const Part& part : parts_) {
-    add_handlers(part, making);
+    add_handlers(part, build);
     if (part.request->transaction() == nullptr) continue;
     set_cancel_policy(part);
-    add_captures(part, making);
+    add_captures(part, build);
   }
   // The longest path that fits is the right one.
   std::ranges::stable_sort(places_, [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
@@ -93,10 +94,10 @@ void CommandBuilder::add(const OperationCommand& request, int parent) {
   for (const auto& part : request.parts()) add(*part, own);
 }
 
-void CommandBuilder::make(Part& part, BuildContext making) {
+void CommandBuilder::make(Part& part, BuildContext build) {
   const OperationCommand& request = *part.request;
-  if (!request.follows().empty()) making.progress = progress_of(named(part, request.follows()));
-  part.made = request.made(making, part.key);
+  if (!request.follows().empty()) build.progress = progress_of(named(part, request.follows()));
+  part.made = request.made(build, part.key);
   places_.emplace_back(part.key, request.pointer);
   for (const auto& [theirs, ours] : part.made.places) places_.emplace_back(part.key + theirs, request.pointer + ours);
   for (std::size_t i = 0; i < part.made.handler_places.size(); ++i) {
@@ -144,23 +145,23 @@ command::RaisedState CommandBuilder::raised(const Part& from, const std::string&
 
 // -- Events ----------------------------------------------------------------------------------------------------------
 
-void CommandBuilder::add_handlers(const Part& part, const BuildContext& making) {
+void CommandBuilder::add_handlers(const Part& part, const BuildContext& build) {
   Command command = part.made.command;
   for (const HandlerParameters& handler : part.request->handlers) {
-    const State state = state_of(part, handler.state, making);
+    const State state = state_of(part, handler.state, build);
     for (const HandlerParameters::Effect& effect : handler.effects) {
       places_.emplace_back(part.key + "/handlers" + pointer_segment(command.node()->handlers.size()), handler.pointer);
       if (handler.entered) {
-        command.on_entered(state, effect_of(part, effect, making), handler.trigger);
+        command.on_entered(state, effect_of(part, effect, build), handler.trigger);
       } else {
-        command.on_left(state, effect_of(part, effect, making), handler.trigger);
+        command.on_left(state, effect_of(part, effect, build), handler.trigger);
       }
     }
   }
 }
 
 command::Effect CommandBuilder::effect_of(const Part& owner, const HandlerParameters::Effect& effect,
-                                          const BuildContext& making) const {
+                                          const BuildContext& build) const {
   switch (effect.kind) {
     case Kind::kStart:
       return start(named(owner, effect.name).made.command);
@@ -171,36 +172,36 @@ command::Effect CommandBuilder::effect_of(const Part& owner, const HandlerParame
     case Kind::kRaise:
       return raise(raised(owner, effect.name));
     default:
-      return command::external(effect.name, making.tell);
+      return command::external(effect.name, build.tell);
   }
 }
 
-State CommandBuilder::state_of(const Part& owner, const StateParameters& state, const BuildContext& making) const {
-  const State formula = formula_of(owner, state, making);
+State CommandBuilder::state_of(const Part& owner, const StateParameters& state, const BuildContext& build) const {
+  const State formula = formula_of(owner, state, build);
   return state.held_for ? formula.held_for(*state.held_for) : formula;
 }
 
 /// Recursion is bounded by the depth of the file.
-State CommandBuilder::formula_of(const Part& owner, const StateParameters& state, const BuildContext& making) const {
+State CommandBuilder::formula_of(const Part& owner, const StateParameters& state, const BuildContext& build) const {
   switch (state.kind) {
     case StateParameters::Kind::kCondition:
-      return command::state_of(state.condition, making.cell, making.biases);
+      return command::state_of(state.condition, build.cell, build.biases);
     case StateParameters::Kind::kCommand:
       return command_state(named(owner, state.of).made.command, state.is);
     case StateParameters::Kind::kAction:
       return action_state(owner, state);
     case StateParameters::Kind::kActuator:
-      return actuator_state(actuator_of(making.cell, state.of), state.is);
+      return actuator_state(actuator_of(build.cell, state.of), state.is);
     case StateParameters::Kind::kRaised:
       return raised(owner, state.of).state();
     case StateParameters::Kind::kNot:
-      return !state_of(owner, state.operands.front(), making);
+      return !state_of(owner, state.operands.front(), build);
     default:
       break;
   }
-  State result = state_of(owner, state.operands.front(), making);
+  State result = state_of(owner, state.operands.front(), build);
   for (std::size_t i = 1; i < state.operands.size(); ++i) {
-    const State operand = state_of(owner, state.operands[i], making);
+    const State operand = state_of(owner, state.operands[i], build);
     result = state.kind == StateParameters::Kind::kAll ? (result && operand) : (result || operand);
   }
   return result;
@@ -211,7 +212,7 @@ State CommandBuilder::action_state(const Part& owner, const StateParameters& sta
   if (!part.made.action) {
     return State(command::broken(Code::kInvalidValue, net::ValueType::kBoolean,
                                  fmt::format("C8: '{}' is not an action, so it has no state '{}'", state.of, state.is),
-                                 "started, active, completed, stopped, cancelled of a command"));
+                                 "Use started, active, completed, stopped, cancelled of a command"));
   }
   if (state.is == "at_path") return part.made.action->at_path(state.share);
   if (state.is == "via_passed") return part.made.action->via_passed(state.index);
@@ -220,14 +221,14 @@ State CommandBuilder::action_state(const Part& owner, const StateParameters& sta
 
 // -- Captures --------------------------------------------------------------------------------------------------------
 
-void CommandBuilder::add_captures(const Part& part, const BuildContext& making) {
+void CommandBuilder::add_captures(const Part& part, const BuildContext& build) {
   Command command = part.made.command;
   for (const CaptureParameters& capture : part.request->transaction()->captures) {
     const std::string name = capture_name(part.key, capture.name);
     places_.emplace_back(part.key + "/observations" + pointer_segment(name), capture.pointer);
     const auto keep = [&](const auto& sensor) {
       if (capture.when) {
-        command.capture(name, sensor, state_of(part, *capture.when, making));
+        command.capture(name, sensor, state_of(part, *capture.when, build));
       } else {
         command.observe(name, sensor);
       }
@@ -235,10 +236,10 @@ void CommandBuilder::add_captures(const Part& part, const BuildContext& making) 
     const ValueParameters& value = capture.value;
     if (value.kind == ValueParameters::Kind::kProgress) {
       keep(progress_of(named(part, value.of)));
-    } else if (is_boolean(value, making.cell)) {
-      keep(command::BooleanSensor(boolean_of(value, making.cell).node()));
+    } else if (is_boolean(value, build.cell)) {
+      keep(command::BooleanSensor(boolean_of(value, build.cell).node()));
     } else {
-      keep(number_of(value, making.cell, making.biases));
+      keep(number_of(value, build.cell, build.biases));
     }
   }
 }

@@ -13,7 +13,7 @@ namespace takt::activity {
 /// is rehearsed or begins; the requests must outlive it. Realtime: setup.
 class CommandBuilder {
  public:
-  CommandBuilder(const OperationCommand& root, const BuildContext& making);
+  CommandBuilder(const OperationCommand& root, const BuildContext& build);
 
   [[nodiscard]] const command::Command& command() const { return parts_.front().made.command; }
   /// Commands in the order of the tree, each with the key of what it observes.
@@ -35,20 +35,20 @@ class CommandBuilder {
 
  private:
   void add(const OperationCommand& request, int parent);
-  void make(Part& part, BuildContext making);
+  void make(Part& part, BuildContext build);
   void set_up(Part& part);
   void set_cancel_policy(const Part& part);
-  void add_handlers(const Part& part, const BuildContext& making);
-  void add_captures(const Part& part, const BuildContext& making);
+  void add_handlers(const Part& part, const BuildContext& build);
+  void add_captures(const Part& part, const BuildContext& build);
   [[nodiscard]] const Part& part_of(const OperationCommand& request) const;
   [[nodiscard]] const Part& named(const Part& from, const std::string& name) const;
   [[nodiscard]] command::RaisedState raised(const Part& from, const std::string& name) const;
   [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerParameters::Effect& effect,
-                                          const BuildContext& making) const;
+                                          const BuildContext& build) const;
   [[nodiscard]] command::State state_of(const Part& owner, const StateParameters& state,
-                                        const BuildContext& making) const;
+                                        const BuildContext& build) const;
   [[nodiscard]] command::State formula_of(const Part& owner, const StateParameters& state,
-                                          const BuildContext& making) const;
+                                          const BuildContext& build) const;
   [[nodiscard]] command::State action_state(const Part& owner, const StateParameters& state) const;
 
   std::vector<Part> parts_;

@@ -58,7 +58,7 @@ std::optional<double> duration_of(const Part& part) {
 
 CheckedMotion checked_motion(const Part& part, const command::PlannedMotion& motion, const Rehearsal& rehearsal,
                              const collision::Touching& all) {
-  const OperationCommand::MeantTouch touch = part.request->meant_touch();
+  const OperationCommand::IntendedContact touch = part.request->meant_touch();
   CheckedMotion checked{.tracks = tracks_of(motion, part.made.actuator->model(), rehearsal.cell),
                         .parts = {{0.0, part.request->name, part.request->pointer}},
                         .touching = all,
@@ -204,7 +204,7 @@ void rehearse_time(const CommandBuilder& tree, Rehearsal& rehearsal) {
   }
   for (const Part& part : tree.parts())
     if (part.made.action) rehearsal.duration += part.made.command.node()->model().duration();
-  lose_time(rehearsal);
+  invalidate_timing(rehearsal);
 }
 
 collision::Touching touching(const CommandBuilder& tree) {

@@ -16,7 +16,7 @@ bool has_moves(const OperationCommand& root) {
 
 }  // namespace
 
-Meanwhile meanwhile_of(const OperationCommand& root, Meanwhile around) {
+ConcurrentMotions meanwhile_of(const OperationCommand& root, ConcurrentMotions around) {
   if (around.parallel.empty()) around.parallel = root.pointer;
   return around;
 }
@@ -52,7 +52,7 @@ PlayedSteps CommandReview::steps_of(const CommandBuilder& tree, bool planned) {
     }
     return steps;
   }
-  const collision::Situation begin = situation_of(rehearsal_);
+  const collision::CellState begin = situation_of(rehearsal_);
   branches_ = {-1};
   for (TreeMotion& one : motions_of(tree, rehearsal_)) {
     const int branch = static_cast<int>(one.line) + 1;

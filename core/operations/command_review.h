@@ -20,7 +20,7 @@ class CommandReview {
   CommandReview(const OperationCommand& root, Rehearsal& rehearsal);
 
   /// What its commands have to be made with.
-  [[nodiscard]] const Meanwhile& meanwhile() const { return meanwhile_; }
+  [[nodiscard]] const ConcurrentMotions& meanwhile() const { return meanwhile_; }
   /// Once all are planned. @param wrong  what planning has said   @return true: they are to be made and planned again
   [[nodiscard]] bool plan_again(const CommandBuilder& tree, const Diagnostics& wrong);
   /// Gives the rehearsal what was found, for the run; notes say what people should know of it.
@@ -33,7 +33,7 @@ class CommandReview {
 
   const OperationCommand& root_;
   Rehearsal& rehearsal_;
-  Meanwhile meanwhile_;
+  ConcurrentMotions meanwhile_;
   std::optional<MoveReview> review_;  ///< null: there is nothing to review
   PlayedSteps last_ = {};
   BranchParents branches_ = {};
@@ -41,6 +41,6 @@ class CommandReview {
 
 /// The pointer under which a transaction finds what was found for its `move`s: that of the outermost parallel around
 /// it, else its own.
-[[nodiscard]] Meanwhile meanwhile_of(const OperationCommand& root, Meanwhile around);
+[[nodiscard]] ConcurrentMotions meanwhile_of(const OperationCommand& root, ConcurrentMotions around);
 
 }  // namespace takt::activity

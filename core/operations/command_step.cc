@@ -42,7 +42,7 @@ class CommandRun final : public ScheduledRun {
   CommandRun(OperationActivity::RootPtr root, const OperationCommand* left)
       : root_(std::move(root)), left_(left), left_parts_(left != nullptr ? left->left_steps().size() : 0) {}
 
-  [[nodiscard]] bool may_be_left() const override {
+  [[nodiscard]] bool can_blend_out() const override {
     return left_ != nullptr && run() && run()->part() == left_parts_ - 1;
   }
 
@@ -64,7 +64,7 @@ class CommandRun final : public ScheduledRun {
   /// When the motion that may be left moves, everything else is over.
   Progress watch(Context& context, Diagnostics& diagnostics) override {
     if (run()->started()) show_captures(context);
-    if (!may_be_left() || std::exchange(reported_, true)) return Progress::kRunning;
+    if (!can_blend_out() || std::exchange(reported_, true)) return Progress::kRunning;
     const Progress progress = report(context, diagnostics, [this](const auto& one) { return &one != left_; });
     return progress == Progress::kDone ? Progress::kRunning : progress;
   }
@@ -146,7 +146,7 @@ class NameCheck {
     for (const HandlerParameters::Effect& effect : handler.effects) {
       if (effect.kind == Kind::kExternal) {
         if (effect.name.empty())
-          diagnostics_.error(Code::kMissing, effect.pointer, "an empty text", "the text to report");
+          diagnostics_.error(Code::kMissing, effect.pointer, "an empty text", "Give the text to report");
       } else if (effect.kind == Kind::kRaise) {
         check_raised(owner, effect.name, effect.pointer);
       } else {
@@ -180,7 +180,7 @@ class NameCheck {
     }
     const std::string nearest = names.empty() ? "" : nearest_choice(name, names) + "; ";
     diagnostics_.error(Code::kUnknownName, pointer, fmt::format("C10: no transaction has the raised state '{}'", name),
-                       nearest + "'raised' of a transaction around it");
+                       nearest + "Name the state 'raised' of a transaction around it");
   }
 
   const OperationCommand& root_;
@@ -203,7 +203,7 @@ void check_tools(const OperationCommand& root, Diagnostics& diagnostics) {
     if (first->choice == one.choice) continue;
     diagnostics.error(Code::kConflict, one.pointer + (first->choice.tool == one.choice.tool ? "/tcp" : "/tool"),
                       fmt::format("'{}' works with two tools in one transaction", one.arm),
-                      "one tool and one tool centre point for an arm, or two steps");
+                      "Use one tool and one tool centre point for an arm, or two steps");
   }
 }
 
@@ -217,7 +217,7 @@ std::unique_ptr<OperationCommand> read_root(const OperationSource& source) {
   if (json.contains("start")) {
     diagnostics.error(Code::kConflict, pointer + "/start",
                       "'start' belongs to commands of a transaction, not to a step",
-                      "a command inside of a transaction");
+                      "Use 'start' on a command inside of a transaction");
   }
   NameCheck(*root, diagnostics).run();
   check_tools(*root, diagnostics);

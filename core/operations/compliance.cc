@@ -182,7 +182,8 @@ void check_springs_of_two(const ComplianceParameters& request, const std::string
   for (const char* key : {"force_N", "torque_Nm"}) {
     if (request.values.contains(key))
       diagnostics.error(Code::kConflict, pointer + "/compliance/" + key,
-                        "two arms that move as one have stiffness only, no force", "stiffness, or a motion of one arm");
+                        "two arms that move as one have stiffness only, no force",
+                        "Give a stiffness only, or move one arm");
   }
 }
 
@@ -266,7 +267,7 @@ Diagnostics check_compliance(const ComplianceParameters& request, const command:
     if (request.mode == ControlMode::kJointImpedance && joint_count != first->chain->joint_count())
       found.error(Code::kConflict, "/compliance/mode",
                   fmt::format("joint stiffness of '{}' and '{}'", arms.front(), name),
-                  "arms with as many joints each, or tool stiffness");
+                  "Name arms with as many joints each, or give a tool stiffness");
     found.append(
         in_file(command::check_compliance(compliance_of(request, joint_count), arm->description(), name), request));
   }

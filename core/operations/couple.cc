@@ -50,7 +50,7 @@ Result<std::string> side_to_couple(const Cell& cell, const CoupleParameters& par
   if (!parameters.tool) {
     if (there) return *there;
     return failure(Code::kConditionNotMet, "", fmt::format("no tool side is at '{}'", parameters.changer),
-                   "a motion with this changer as \"tool\" to a tool side before");
+                   "Move to a tool side before, with this changer as \"tool\"");
   }
   const std::string wanted = command::side_named(cell, *parameters.tool).value_or("");
   if (there == wanted) return wanted;
@@ -64,7 +64,7 @@ Result<std::string> side_to_couple(const Cell& cell, const CoupleParameters& par
   return failure(Code::kConditionNotMet, "/tool",
                  fmt::format("'{}' is {:.1f} mm and {:.1f} deg off '{}'", wanted, 1e3 * X_CS.translation().norm(),
                              180.0 / std::numbers::pi * Eigen::AngleAxisd(X_CS.linear()).angle(), parameters.changer),
-                 fmt::format("within {:g} mm across, {:g} mm along its axis and {:g} deg; the size '{}'",
+                 fmt::format("Move it to within {:g} mm across, {:g} mm along its axis and {:g} deg; the size '{}'",
                              1e3 * changer.tolerance.offset, 1e3 * changer.tolerance.gap,
                              180.0 / std::numbers::pi * changer.tolerance.angle, changer.size));
 }
@@ -83,7 +83,7 @@ Diagnostics check_coupled(const Cell& cell, const CoupleParameters& parameters, 
   const auto wanted = parameters.tool ? command::side_named(cell, *parameters.tool) : std::nullopt;
   if (wanted && *wanted != side)
     diagnostics.error(Code::kConditionNotMet, "/tool", fmt::format("'{}' is coupled, not '{}'", side, *wanted),
-                      "the tool sides in their places");
+                      "Put the tool sides in their places");
   return diagnostics;
 }
 
@@ -95,8 +95,9 @@ Diagnostics check_carried(const Cell& cell, const std::string& changer) {
   const double most = arm.device->description().payload_max;
   const double carried = command::tool_setting(cell, name).payload.mass;
   if (most > 0.0 && carried > most)
-    diagnostics.error(Code::kLimitExceeded, "", fmt::format("'{}' carries {:.2f} kg then", name, carried),
-                      fmt::format("at most {:g} kg: 'payload_max_kg' of '{}'", most, arm.device->description().model));
+    diagnostics.error(
+        Code::kLimitExceeded, "", fmt::format("'{}' carries {:.2f} kg then", name, carried),
+        fmt::format("Keep it to at most {:g} kg: 'payload_max_kg' of '{}'", most, arm.device->description().model));
   return diagnostics;
 }
 
@@ -113,11 +114,11 @@ void note_coupled(const CoupleParameters& parameters, const LockOutcome& outcome
   if (!outcome.coupled || (*outcome.coupled && side.empty()))
     return diagnostics.error(Code::kSensorSilent, "",
                              fmt::format("'{}' does not say which tool side it has coupled", parameters.changer),
-                             "check its sensors and their wiring");
+                             "Check its sensors and their wiring");
   if (!*outcome.coupled)
     return diagnostics.error(Code::kConditionNotMet, "",
                              fmt::format("'{}' has locked without a tool side", parameters.changer),
-                             "\"uncouple\", and a motion nearer to the tool side; or \"try\" around it");
+                             "Put \"uncouple\" and a motion nearer to the tool side before it, or \"try\" around it");
   diagnostics.append(command::couple(context.cell, parameters.changer, side));
   command::tell_tool_settings(context.cell);
   context.event(parameters.changer, "coupled", side);
@@ -153,19 +154,19 @@ class LockCommand : public OperationCommand {
 
   [[nodiscard]] bool is_called_by_type() const override { return true; }
 
-  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
-    const command::Actuator lock = command::output(making.cell, terminal_of(changer_, terminal::kLock));
+  [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
+    const command::Actuator lock = command::output(build.cell, terminal_of(changer_, terminal::kLock));
     const command::State at_end =
-        command::digital_input(making.cell, terminal_of(changer_, locks_ ? terminal::kLocked : terminal::kUnlocked));
+        command::digital_input(build.cell, terminal_of(changer_, locks_ ? terminal::kLocked : terminal::kUnlocked));
     command::RuntimeCommand move(name + " valve", lock, command::set_value(locks_));
     command::WaitCommand wait(name + " lock", at_end, timeout_);
     command::TransactionCommand both(name);
     both.add_started(move).add(wait).on_entered(move.completed(), start(wait));
-    const auto coupled = command::digital_input(making.cell, terminal_of(changer_, terminal::kCoupled));
-    const auto number = command::analog_input(making.cell, terminal_of(changer_, terminal::kToolNumber));
+    const auto coupled = command::digital_input(build.cell, terminal_of(changer_, terminal::kCoupled));
+    const auto number = command::analog_input(build.cell, terminal_of(changer_, terminal::kToolNumber));
     // That the lock is not there in time makes its wait fail, and `both` with it.
-    if (const auto wrong = wrong_side(making.cell, coupled, number)) both.fails_if(*wrong && !both.cancelled());
-    if (is_alone(making)) {
+    if (const auto wrong = wrong_side(build.cell, coupled, number)) both.fails_if(*wrong && !both.cancelled());
+    if (is_alone(build)) {
       // Nothing comes after it: what it shows when it has ended is what counts.
       both.observe(key + " at end", BooleanSensor(at_end.node()));
       both.observe(key + " coupled", BooleanSensor(coupled.node()));
@@ -176,7 +177,7 @@ class LockCommand : public OperationCommand {
       both.capture(key + " at end", BooleanSensor(at_end.node()), over);
       both.capture(key + " coupled", BooleanSensor(coupled.node()), over);
       both.capture(key + " number", number, over);
-      both.capture(key + " q", command::commanded_joints(making.cell, arm(making.cell)), over);
+      both.capture(key + " q", command::commanded_joints(build.cell, arm(build.cell)), over);
     }
     return {.command = both, .actuator = lock};
   }
@@ -222,11 +223,11 @@ class LockCommand : public OperationCommand {
     if (outcome.at_end.value_or(false)) return note(outcome, context, diagnostics);
     if (!outcome.at_end)
       return diagnostics.error(Code::kSensorSilent, "", fmt::format("'{}' did not answer", changer_),
-                               "check its power and its wiring");
+                               "Check its power and its wiring");
     diagnostics.error(
         Code::kTimeout, "",
         fmt::format("the lock of '{}' did not {} within {:g} s", changer_, locks_ ? "close" : "open", timeout_),
-        "check its air");
+        "Check its air");
   }
   [[nodiscard]] kinematics::JointVector measured(const Cell& cell) const {
     const device::Arm& device = *cell.arms.find(arm(cell))->second.device;
@@ -247,7 +248,7 @@ class CoupleCommand final : public LockCommand {
     const std::string side = command::coupled_side(cell, parameters_.changer);
     if (side.empty()) return;
     diagnostics.error(Code::kConflict, pointer, fmt::format("'{}' has coupled '{}'", parameters_.changer, side),
-                      "\"uncouple\" before");
+                      "Put \"uncouple\" before it");
   }
 
  private:
@@ -286,7 +287,7 @@ class UncoupleCommand final : public LockCommand {
     if (holder.empty()) return;
     diagnostics.error(Code::kConflict, pointer,
                       fmt::format("'{}' holds '{}'", holder, cell.held.find(holder)->second.object),
-                      "\"release\" or \"detach\" before");
+                      "Put \"release\" or \"detach\" before it");
   }
 
  private:

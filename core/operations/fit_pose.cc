@@ -23,7 +23,7 @@ void check_estimate(FitPoseParameters& parameters, const ReadContext& from) {
   if (parameters.as == parameters.object || is_free_frame_name(from.cell, parameters.as)) return;
   from.reader.diagnostics().error(Code::kInvalidName, from.reader.at("as"),
                                   fmt::format("'{}' cannot be the name of an estimate", parameters.as),
-                                  fmt::format("a new name, or '{}'", parameters.object));
+                                  fmt::format("Choose a new name, or '{}'", parameters.object));
 }
 
 const std::vector<std::string>& coordinate_names() {
@@ -68,7 +68,7 @@ class FitPoseStep final : public Step {
       diagnostics.error(
           Code::kWrongSize, pointer + "/contacts",
           fmt::format("{} contacts for {} free coordinates", parameters_.contacts.size(), parameters_.free.size()),
-          "at least one contact a coordinate");
+          "Use at least one contact a coordinate");
     }
     const auto X_WO = rehearsal.cell.frames.pose(parameters_.object);
     if (!X_WO) return diagnostics.append(X_WO.error(), pointer + "/object");

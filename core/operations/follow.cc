@@ -16,7 +16,7 @@ void check_follow(FollowParameters& follow, const ReadContext& from) {
     if (follow.in.empty()) follow.in = "world";
   } else if (follow.in.empty()) {
     reader.diagnostics().error(Code::kMissing, reader.at("in"), "nothing to follow is given",
-                               "'in' (a frame), or 'channel'");
+                               "Give 'in' (a frame) or 'channel'");
   }
 }
 

@@ -36,7 +36,7 @@ Frame Frame::turned(double roll, double pitch, double yaw) const {
 }
 
 Eigen::Isometry3d Frame::in(const std::string& other) const {
-  see_flanges(runtime_->cell());
+  update_flange_frames(runtime_->cell());
   const auto X = runtime_->cell().frames.pose(name_, other);
   if (!X) give_up(X.error());
   return *X * X_;
@@ -54,12 +54,12 @@ command::TwistSensor Frame::velocity_in(const std::string& other) const {
 }
 
 Frame Frame::keep_as(const std::string& name, const std::string& in) const {
-  see_flanges(runtime_->cell());
+  update_flange_frames(runtime_->cell());
   command::Cell& cell = runtime_->cell();
   Diagnostics why;
   if (!is_free_frame_name(cell, name) || name.find('/') != std::string::npos)
     why.error(Code::kInvalidName, "", fmt::format("'{}' cannot be the name of a frame that a program makes", name),
-              "a name that the cell does not have yet, without '/'");
+              "Choose a name that the cell does not have yet, without '/'");
   if (!why.has_errors()) why = set_frame(cell, {.as = name, .in = in, .of = name_, .X = X_});
   if (why.has_errors()) give_up(why);
   return {*runtime_, name};
@@ -68,7 +68,7 @@ Frame Frame::keep_as(const std::string& name, const std::string& in) const {
 Frame ScopedFrame::kept_alone(const Frame& frame, const std::string& name, const std::string& in) {
   if (!frame.runtime_->cell().frames.contains(name)) return frame.keep_as(name, in);
   Diagnostics taken;
-  taken.error(Code::kDuplicate, "", fmt::format("there is a frame '{}'", name), "a name of its own");
+  taken.error(Code::kDuplicate, "", fmt::format("there is a frame '{}'", name), "Give it a name of its own");
   frame.give_up(taken);
 }
 

@@ -131,7 +131,7 @@ class FreedriveStep final : public Step {
 std::unique_ptr<Step> read_freedrive_step(const OperationSource& source) {
   FreedriveParameters parameters = read_parameters<freedrive_parameters>(source);
   if (!source.json.contains("until") && !source.json.contains("seconds")) {
-    source.diagnostics.error(Code::kMissing, source.pointer, "no end condition is given", "'until' or 'seconds'");
+    source.diagnostics.error(Code::kMissing, source.pointer, "no end condition is given", "Give 'until' or 'seconds'");
   }
   return std::make_unique<FreedriveStep>(std::move(parameters));
 }

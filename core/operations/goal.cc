@@ -66,7 +66,7 @@ const std::vector<ParameterInfo>& goal_fields() {
 Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string_view key) {
   if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.diagnostics());
   parent.diagnostics().error(Code::kMissing, parent.pointer(), fmt::format("key '{}' is missing", key),
-                             "\"home\" or an object {...}");
+                             "Give \"home\" or an object {...}");
   return {};
 }
 
@@ -74,14 +74,15 @@ Goal read_goal(const Json& json, const std::string& pointer, const command::Moun
   if (json == "home") return {Goal::Home{}};
   if (json.is_string()) {
     diagnostics.error(Code::kWrongType, pointer, fmt::format("unexpected value {}", short_dump(json)),
-                      "\"home\" or an object {...}");
+                      "Give \"home\" or an object {...}");
     return {};
   }
   ObjectReader reader(json, pointer, diagnostics);
   Goal goal;
   if (reader.has("home")) {
     if (!reader.boolean("home"))
-      reader.diagnostics().error(Code::kInvalidValue, reader.at("home"), "a goal that is not home", "true");
+      reader.diagnostics().error(Code::kInvalidValue, reader.at("home"), "a goal that is not home",
+                                 "Set it to true, or give another goal");
     goal.value = Goal::Home{.absolute = reader.boolean("absolute", false)};
   } else if (reader.has("joints_deg")) {
     goal.value = read_joints(reader, arm);

@@ -61,7 +61,7 @@ Diagnostics check_told_mass(const command::Cell& cell, const world::Hold& hold) 
   if (mismatch && mismatch->told > mismatch->known)
     diagnostics.error(Code::kPayloadMismatch, "/part_mass_kg",
                       fmt::format("'{}' weighs {:g} kg, not {:g} kg", hold.object, mismatch->known, mismatch->told),
-                      "its mass, or none: takt knows it");
+                      "Remove 'part_mass_kg', or set it to the object's mass");
   return diagnostics;
 }
 
@@ -97,7 +97,7 @@ void report_timeout(const FingerMotion& parameters, double width, const device::
           "apart",
           parameters.gripper, command::finger_timeout(fingers_of(parameters), figures),
           parameters.opens ? "open" : "close", 1e3 * wanted, parameters.opens ? "" : " or a part", 1e3 * width),
-      "free its fingers, check its power and its wiring, or give it a longer \"timeout_s\"");
+      "Free its fingers, check its power and its wiring, or give it a longer \"timeout_s\"");
 }
 
 /// What has come of it: whether that is what was expected, and what the arm carries now.
@@ -105,7 +105,7 @@ void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Conte
   const auto& [holding, timed_out, width, q] = outcome;
   if (!holding || !width) {
     return diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", parameters.gripper),
-                             "check its power and its wiring");
+                             "Check its power and its wiring");
   }
   if (timed_out) {
     const auto& gripper = *context.cell.grippers.find(parameters.gripper)->second.device;
@@ -115,12 +115,12 @@ void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Conte
   if (parameters.expect == GripParameters::Expect::kPart && !*holding) {
     return diagnostics.error(Code::kConditionNotMet, {},
                              fmt::format("no part was found; the fingers are {:.1f} mm apart", 1e3 * *width),
-                             "\"expect\": \"any\", where that is no fault");
+                             "Set \"expect\": \"any\" where that is no fault");
   }
   if (parameters.expect == GripParameters::Expect::kNothing && *holding) {
     return diagnostics.error(Code::kConditionNotMet, {},
                              fmt::format("something stopped the fingers at {:.1f} mm", 1e3 * *width),
-                             "\"expect\": \"any\", where that is no fault");
+                             "Set \"expect\": \"any\" where that is no fault");
   }
   update_belief(parameters, outcome, context, diagnostics);
 }
@@ -134,7 +134,7 @@ void rehearse_grip(const FingerMotion& parameters, const std::string& pointer, R
   rehearsal.duration += gripper.stroke / parameters.speed.value_or(0.25 * gripper.speed_max);
   const Gripping gripping = gripping_of(parameters, rehearsal.q[mounted.arm]);
   rehearsal.told_masses.erase(parameters.gripper);
-  const std::optional<collision::Situation> before =
+  const std::optional<collision::CellState> before =
       rehearsal.cell.shapes != nullptr ? std::optional(situation_of(rehearsal)) : std::nullopt;
   const auto left = leave_part(rehearsal.cell, gripping);
   if (!left) diagnostics.append(left.error(), pointer);
@@ -160,15 +160,15 @@ class GripperCommand final : public OperationCommand {
  public:
   explicit GripperCommand(FingerMotion parameters) : parameters_(std::move(parameters)) {}
 
-  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
     const command::FingerParameters fingers = fingers_of(parameters_);
-    MadeCommand made = on_actuator(command::gripper(making.cell, parameters_.gripper),
+    MadeCommand made = on_actuator(command::gripper(build.cell, parameters_.gripper),
                                    parameters_.opens ? command::release(fingers) : command::grip(fingers));
     made.places = {{"/width", "/width_m"}, {"/speed", "/speed_m_s"}, {"/force", "/force_N"}};
     command::Command& gripped = made.command;
-    const command::State holding = command::gripper_state(making.cell, parameters_.gripper, "holding");
+    const command::State holding = command::gripper_state(build.cell, parameters_.gripper, "holding");
     gripped.fails_if((made.action->state("overdue") || is_unexpected(holding)) && !gripped.cancelled());
-    if (is_alone(making)) {
+    if (is_alone(build)) {
       // Nothing comes after it: what it shows when it has ended is what counts.
       gripped.observe(key + " holding", BooleanSensor(made.action->state("holding").node()));
       gripped.observe(key + " overdue", BooleanSensor(made.action->state("overdue").node()));
@@ -180,8 +180,8 @@ class GripperCommand final : public OperationCommand {
     gripped.observe(key + " stands", BooleanSensor(stands.node()));
     gripped.capture(key + " overdue", BooleanSensor(made.action->state("overdue").node()), stands);
     gripped.capture(key + " holding", holding, stands);
-    gripped.capture(key + " width", command::gripper_width(making.cell, parameters_.gripper), stands);
-    gripped.capture(key + " q", command::commanded_joints(making.cell, arm(making.cell)), stands);
+    gripped.capture(key + " width", command::gripper_width(build.cell, parameters_.gripper), stands);
+    gripped.capture(key + " q", command::commanded_joints(build.cell, arm(build.cell)), stands);
     return made;
   }
 
@@ -189,9 +189,9 @@ class GripperCommand final : public OperationCommand {
   void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
     if (is_there(cell)) return;
     diagnostics.error(Code::kNotPossibleNow, pointer + "/gripper",
-                      fmt::format("'{}' is coupled to no arm", parameters_.gripper), "\"couple\" before");
+                      fmt::format("'{}' is coupled to no arm", parameters_.gripper), "Put \"couple\" before it");
   }
-  [[nodiscard]] MeantTouch meant_touch() const override { return {.devices = {parameters_.gripper}}; }
+  [[nodiscard]] IntendedContact meant_touch() const override { return {.devices = {parameters_.gripper}}; }
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const override {
     rehearse_grip(parameters_, pointer, rehearsal, diagnostics);
   }

@@ -37,7 +37,7 @@ Diagnostics check_part(const command::Cell& cell, const std::string& part) {
   const auto object = cell.objects.find(part);
   if (object != cell.objects.end() && object->second.fixed)
     diagnostics.error(Code::kConflict, "/part", fmt::format("'{}' is fixed to the cell", part),
-                      "\"fixed\": false of this object, or another one");
+                      "Set \"fixed\": false for this object, or name another one");
   if (const auto X_WO = cell.frames.pose(part); !X_WO) diagnostics.append(X_WO.error(), "/part");
   return diagnostics;
 }

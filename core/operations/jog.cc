@@ -15,11 +15,11 @@ void check_jog(JogParameters& jog, const ReadContext& from) {
   if (jog.channel) check_channel(*jog.channel, net::ValueType::kTwist, from);
   if (jog.channel && velocity) {
     reader.diagnostics().error(Code::kConflict, reader.at(jog.linear ? "linear_m_s" : "angular_deg_s"),
-                               "a velocity from a channel and a fixed one", "one of them");
+                               "a velocity from a channel and a fixed one", "Remove one of them");
   }
   if (!jog.channel && !velocity) {
     reader.diagnostics().error(Code::kMissing, reader.pointer(), "no velocity is given",
-                               "'channel', 'linear_m_s' or 'angular_deg_s'");
+                               "Give 'channel', 'linear_m_s' or 'angular_deg_s'");
   }
 }
 

@@ -94,7 +94,7 @@ void add_arc(Table& table) {
     for (const char* key : {"to", "via"}) {
       if (from.reader.has(key))
         from.reader.diagnostics().error(Code::kConflict, from.reader.at(key), fmt::format("'{}' and 'about'", key),
-                                        "one of them");
+                                        "Remove one of them");
     }
   });
 }
@@ -113,11 +113,11 @@ void read_through(const ParameterInfo& row, const ReadContext& from, MotionTask&
   constexpr std::size_t kMost = 200;
   if (list->size() < 2 || list->size() > kMost) {
     reader.diagnostics().error(Code::kWrongSize, pointer, fmt::format("{} points", list->size()),
-                               fmt::format("from 2 to {}", kMost));
+                               fmt::format("Give 2 to {}", kMost));
   }
   if (joints != 0 && joints != list->size()) {
     reader.diagnostics().error(Code::kConflict, pointer, "joint positions and poses in one spline",
-                               "points of one kind");
+                               "Use points of one kind");
   }
 }
 
@@ -147,7 +147,8 @@ void check_base_goal(MotionTask& request, const ReadContext& from) {
   for (const auto& [key, given] : cannot) {
     if (given)
       from.reader.diagnostics().error(Code::kConflict, from.reader.at(key),
-                                      fmt::format("a motion with a base has no '{}'", key), "two motions");
+                                      fmt::format("a motion with a base has no '{}'", key),
+                                      "Split it into two motions");
   }
 }
 
@@ -170,14 +171,14 @@ void check_follower(MotionTask& request, const ReadContext& from) {
   Diagnostics& diagnostics = from.reader.diagnostics();
   const std::string place = from.reader.at("follower");
   if (request.kind != PathKind::kLin && request.kind != PathKind::kCirc) {
-    diagnostics.error(Code::kConflict, place, "two arms move as one only on the path of a frame", "lin or circ");
+    diagnostics.error(Code::kConflict, place, "two arms move as one only on the path of a frame", "Use lin or circ");
   } else if (request.follower == request.arm && !request.arm.empty()) {
-    diagnostics.error(Code::kConflict, place, fmt::format("'{}' leads already", request.arm), "another arm");
+    diagnostics.error(Code::kConflict, place, fmt::format("'{}' leads already", request.arm), "Name another arm");
   }
   if (request.compliance) check_springs_of_two(*request.compliance, from.reader.pointer(), diagnostics);
   if (request.has_overlay())
     diagnostics.error(Code::kConflict, place, "two arms as one with a weave or a force offset",
-                      "one arm, or a plain motion");
+                      "Use one arm, or a plain motion");
 }
 
 void add_avoidance(Table& table) {
@@ -204,14 +205,14 @@ void check_internal_force(const command::Condition& condition, const command::Ce
     if (arm.empty() || arm == request.arm || arm == request.follower) continue;
     diagnostics.error(Code::kConflict, place,
                       fmt::format("an internal force that '{}' feels, which is on '{}'", name, arm),
-                      fmt::format("sensors of '{}' and '{}'", request.arm, request.follower));
+                      fmt::format("Name the sensors of '{}' and '{}'", request.arm, request.follower));
   }
 }
 
 void check_ends(MotionTask& request, const ReadContext& from) {
   if (from.reader.has("on_end") && !request.must_touch && !from.has("until"))
     from.reader.diagnostics().error(Code::kConflict, from.reader.at("on_end"), "'on_end' without 'until'",
-                                    "a guarded motion");
+                                    "Add 'until', or remove 'on_end'");
   if (request.follower.empty()) return;
   for (const auto& [key, condition] : {std::pair("until", &request.until), {"abort_if", &request.abort_if}}) {
     if (*condition && (*condition)->condition() != nullptr)
@@ -229,10 +230,11 @@ void check_overlay(MotionTask& request, const ReadContext& from) {
     if (mounted != from.cell.sensors.end() && mounted->second.arm != request.arm)
       reader.diagnostics().error(Code::kConflict, reader.at("force_offset") + "/sensor",
                                  fmt::format("'{}' is not on '{}'", request.force_offset->sensor, request.arm),
-                                 "a sensor on this arm");
+                                 "Name a sensor on this arm");
   }
   if (request.weave && request.force_offset)
-    reader.diagnostics().error(Code::kConflict, reader.at("force_offset"), "a weave and a force offset", "one of them");
+    reader.diagnostics().error(Code::kConflict, reader.at("force_offset"), "a weave and a force offset",
+                               "Remove one of them");
   const bool moves_joints = request.kind == PathKind::kPtp || request.kind == PathKind::kMove ||
                             (!request.through.empty() && request.through.front().is_joints());
   if (!moves_joints) return;
@@ -241,7 +243,7 @@ void check_overlay(MotionTask& request, const ReadContext& from) {
       fmt::format("C8: {} moves joints, so there is no Cartesian path to {}",
                   request.through.empty() ? (request.kind == PathKind::kMove ? "move" : "PTP") : "a spline of joints",
                   request.weave ? "weave about" : "shift"),
-      "a Cartesian motion");
+      "Lay it over a Cartesian motion");
 }
 
 // -- How it goes on ------------------------------------------------------------------------------------------------
@@ -265,17 +267,17 @@ void check_blend(MotionTask& request, const ReadContext& from) {
   const bool distance = reader.has("blend_m"), fraction = reader.has("blend_fraction");
   if (distance && fraction)
     reader.diagnostics().error(Code::kConflict, reader.at("blend_fraction"), "a blend by distance and by fraction",
-                               "one of them");
+                               "Remove one of them");
   if ((distance || fraction) && request.until)
     reader.diagnostics().error(Code::kConflict, reader.at(distance ? "blend_m" : "blend_fraction"),
-                               "a guarded motion is not blended", "a motion without 'until'");
+                               "a guarded motion is not blended", "Remove the blend or 'until'");
 }
 
 /// It was renamed.
 void refuse_former_key(MotionTask&, const ReadContext& from) {
   if (from.reader.child("unless") == nullptr) return;
   from.reader.diagnostics().error(Code::kUnknownKey, from.reader.at("unless"), "'unless' is called 'abort_if' now",
-                                  "'abort_if'");
+                                  "Write 'abort_if'");
 }
 
 Table make_table(PathKind kind) {

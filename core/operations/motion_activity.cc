@@ -75,7 +75,7 @@ Diagnostics check_hold(const Eigen::Isometry3d& X_HF_now, const Eigen::Isometry3
 }  // namespace
 
 MotionActivity::MotionActivity(std::string name, std::vector<MotionTask> tasks, command::Biases biases,
-                               Meanwhile meanwhile)
+                               ConcurrentMotions meanwhile)
     : ActivityModel(std::move(name)),
       tasks_(std::move(tasks)),
       biases_(std::move(biases)),
@@ -218,8 +218,8 @@ Result<Grasp> MotionActivity::grasp(const command::Cell& seen, const JointVector
   return held;
 }
 
-Result<MotionActivity::Alone> MotionActivity::alone(const command::Cell& cell, const Places& q,
-                                                    const Surroundings& surroundings) const {
+Result<MotionActivity::StandalonePlan> MotionActivity::alone(const command::Cell& cell, const Places& q,
+                                                             const Surroundings& surroundings) const {
   if (Diagnostics wrong = of_motions(check_offsets(tasks_), tasks_, /*named=*/true); wrong.has_errors())
     return std::unexpected(std::move(wrong));
   const JointVector& q_arm = q.find(last().arm)->second;
@@ -229,19 +229,19 @@ Result<MotionActivity::Alone> MotionActivity::alone(const command::Cell& cell, c
     if (!held) return std::unexpected(held.error());
     auto plan = plan_pair_motions(tasks_, cell, pair_of(cell, *held), q_arm, q_follower);
     if (!plan) return std::unexpected(std::move(plan.error()));
-    Alone alone{.prepared = {},
-                .notes = plan->notes,
-                .q_goal = {{last().arm, plan->leader.q_goal}, {last().follower, plan->follower.q_goal}},
-                .duration = plan->leader.duration()};
+    StandalonePlan alone{.prepared = {},
+                         .notes = plan->notes,
+                         .q_goal = {{last().arm, plan->leader.q_goal}, {last().follower, plan->follower.q_goal}},
+                         .duration = plan->leader.duration()};
     alone.prepared = with_plans(nothing_before(cell), *held, std::move(*plan), std::nullopt);
     return alone;
   }
   auto plan = plan_motions(tasks_, cell, q_arm, surroundings);
   if (!plan) return std::unexpected(std::move(plan.error()));
-  Alone alone{.prepared = {},
-              .notes = plan->notes,
-              .q_goal = {{last().arm, plan->motion.q_goal}},
-              .duration = plan->motion.duration()};
+  StandalonePlan alone{.prepared = {},
+                       .notes = plan->notes,
+                       .q_goal = {{last().arm, plan->motion.q_goal}},
+                       .duration = plan->motion.duration()};
   auto prepared = with_plans(nothing_before(cell), cell, std::move(*plan), std::nullopt);
   if (!prepared) return std::unexpected(std::move(prepared.error()));
   alone.prepared = std::move(*prepared);

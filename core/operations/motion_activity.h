@@ -22,7 +22,8 @@ class MotionActivity final : public ActivityModel {
   /// @param tasks      at least one, all of the same arm, or of the same two
   /// @param biases     of the sensors in their conditions
   /// @param meanwhile  what others do while a `move` among them is carried out
-  MotionActivity(std::string name, std::vector<MotionTask> tasks, command::Biases biases, Meanwhile meanwhile = {});
+  MotionActivity(std::string name, std::vector<MotionTask> tasks, command::Biases biases,
+                 ConcurrentMotions meanwhile = {});
 
   [[nodiscard]] std::vector<std::string> actuators() const override;
   [[nodiscard]] bool avoids_others() const override;
@@ -30,7 +31,7 @@ class MotionActivity final : public ActivityModel {
   [[nodiscard]] std::shared_ptr<const ActivityModel> blended_into(const ActivityModel& next) const override;
 
   /// What it is when nothing precedes it.
-  struct Alone {
+  struct StandalonePlan {
     PlannedActivity prepared;
     Diagnostics notes;                                                   ///< of the planner, with pointers of the file
     std::map<std::string, kinematics::JointVector, std::less<>> q_goal;  ///< of each arm, rad or m
@@ -38,9 +39,9 @@ class MotionActivity final : public ActivityModel {
   };
   /// @param q  where each of its arms is, rad or m
   /// @param surroundings  what a `move` avoids
-  [[nodiscard]] Result<Alone> alone(const command::Cell& cell,
-                                    const std::map<std::string, kinematics::JointVector, std::less<>>& q,
-                                    const Surroundings& surroundings) const;
+  [[nodiscard]] Result<StandalonePlan> alone(const command::Cell& cell,
+                                             const std::map<std::string, kinematics::JointVector, std::less<>>& q,
+                                             const Surroundings& surroundings) const;
 
  private:
   [[nodiscard]] const MotionTask& last() const { return tasks_.back(); }
@@ -67,7 +68,7 @@ class MotionActivity final : public ActivityModel {
 
   std::vector<MotionTask> tasks_;
   command::Biases biases_;
-  Meanwhile meanwhile_;
+  ConcurrentMotions meanwhile_;
 };
 
 }  // namespace takt::activity

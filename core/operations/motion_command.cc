@@ -63,8 +63,8 @@ class MotionCommand final : public OperationCommand {
   [[nodiscard]] const std::string& arm() const { return requests.front().arm; }
   [[nodiscard]] const std::string& follower() const { return requests.front().follower; }
 
-  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
-    MadeCommand made = on_actuator(actuator(making.cell), with_overlay(making, motion(making)));
+  [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
+    MadeCommand made = on_actuator(actuator(build.cell), with_overlay(build, motion(build)));
     const command::Action& action = *made.action;
     command::Command& moved = made.command;
     for (std::size_t i = 0; i < requests.size(); ++i) {
@@ -78,14 +78,14 @@ class MotionCommand final : public OperationCommand {
       const State silent = action.state("no_force");
       moved.on_entered(silent, cancel(moved));
       moved.fails_if(silent.once());
-      moved.capture(key + " no force", command::tool_pose(making.cell, arm()), silent);
+      moved.capture(key + " no force", command::tool_pose(build.cell, arm()), silent);
       made.handler_places.push_back(offset_place() + "/sensor");
     }
-    add_aborts(making, key, action, made);
+    add_aborts(build, key, action, made);
     const auto& condition = requests.back().until;
     if (!condition) return made;
-    const command::FrameSensor touch = tool_in_room(making.cell);
-    State until = command::state_of(*condition, making.cell, making.biases);
+    const command::FrameSensor touch = tool_in_room(build.cell);
+    State until = command::state_of(*condition, build.cell, build.biases);
     if (requests.size() > 1) until = until && action.via_passed(static_cast<int>(requests.size()) - 2);
     moved.on_entered(until, cancel(moved));
     made.handler_places.push_back(places.back() + "/until");
@@ -95,10 +95,10 @@ class MotionCommand final : public OperationCommand {
     return made;
   }
 
-  [[nodiscard]] MeantTouch meant_touch() const override {
+  [[nodiscard]] IntendedContact meant_touch() const override {
     const auto offset = first_offset(requests);
     if (!requests.back().until && !offset && !compliance()) return {};
-    MeantTouch touch{.devices = {arm()}, .ends = requests.back().until && !offset && !compliance()};
+    IntendedContact touch{.devices = {arm()}, .ends = requests.back().until && !offset && !compliance()};
     if (!follower().empty()) touch.devices.insert(follower());
     if (!compliance()) touch.first_motion = offset.value_or(requests.size() - 1);
     return touch;
@@ -140,11 +140,11 @@ class MotionCommand final : public OperationCommand {
     return fmt::format("{} unless {}", key, part);
   }
   /// What must not hold cancels it, each while its motion is being done.
-  void add_aborts(const BuildContext& making, const std::string& key, const command::Action& action,
+  void add_aborts(const BuildContext& build, const std::string& key, const command::Action& action,
                   MadeCommand& made) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       if (!requests[i].abort_if) continue;
-      State holds = command::state_of(*requests[i].abort_if, making.cell, making.biases);
+      State holds = command::state_of(*requests[i].abort_if, build.cell, build.biases);
       if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
       if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
       made.command.on_entered(holds, cancel(made.command));
@@ -186,53 +186,53 @@ class MotionCommand final : public OperationCommand {
     const command::FrameSensor X_BT = command::tool_pose(cell, arm());
     return carried() ? command::pose_between(cell, arm(), std::string(world::FrameGraph::kWorld)) * X_BT : X_BT;
   }
-  [[nodiscard]] command::Action motion(const BuildContext& making) const {
-    if (carried()) return motion_on_base(making);
-    return follower().empty() ? motion_alone(making) : pair_motion(making);
+  [[nodiscard]] command::Action motion(const BuildContext& build) const {
+    if (carried()) return motion_on_base(build);
+    return follower().empty() ? motion_alone(build) : pair_motion(build);
   }
-  [[nodiscard]] command::Action motion_on_base(const BuildContext& making) const {
+  [[nodiscard]] command::Action motion_on_base(const BuildContext& build) const {
     return command::planned_by(kind(), command::SetPointKind::kPair,
-                               [this, &cell = making.cell](const command::Places& q_start) {
+                               [this, &cell = build.cell](const command::Places& q_start) {
                                  return plan_on_base(requests.front(), cell, q_start);
                                });
   }
   /// Planned when everything before it is, with machines where they are then.
-  [[nodiscard]] command::Action motion_alone(const BuildContext& making) const {
-    return command::planned_by(kind(), command::SetPointKind::kPath, [this, making](const command::Places& q_start) {
-      const command::Cell cell = cell_at(making.cell, q_start);
-      Surroundings around = surroundings_at(cell, q_start, making.widths);
-      around.meanwhile = making.meanwhile;
+  [[nodiscard]] command::Action motion_alone(const BuildContext& build) const {
+    return command::planned_by(kind(), command::SetPointKind::kPath, [this, build](const command::Places& q_start) {
+      const command::Cell cell = cell_at(build.cell, q_start);
+      Surroundings around = surroundings_at(cell, q_start, build.widths);
+      around.meanwhile = build.meanwhile;
       auto plan = plan_motions(requests, cell, q_start.at(arm()), around);
       if (!plan) return Planned(placed(plan.error()));
-      making.notes.append(plan->notes);
+      build.notes.append(plan->notes);
       command::PlannedMotion motion{.motion = std::make_shared<const motion::Motion>(std::move(plan->motion)),
                                     .X_FM = cell.arms.find(arm())->second.X_FT,
                                     .handed_over = std::move(plan->handed_over),
                                     .name = kind()};
-      leave_in_motion(making, motion);
+      leave_in_motion(build, motion);
       return Planned(std::move(motion));
     });
   }
   /// The motion after the transaction may go on with it.
-  void leave_in_motion(const BuildContext& making, command::PlannedMotion& motion) const {
+  void leave_in_motion(const BuildContext& build, command::PlannedMotion& motion) const {
     const MotionTask& last = requests.back();
-    if (left_arm().empty() || !making.cell.channels.contains(path_time_channel(arm()))) return;
+    if (left_arm().empty() || !build.cell.channels.contains(path_time_channel(arm()))) return;
     motion.clock_outputs = {.time = path_time_channel(arm()), .rate = path_rate_channel(arm())};
     motion.leaving = {.blend = last.blend.along_path};
-    if (last.abort_if) motion.leaving->abort_if = command::state_of(*last.abort_if, making.cell, making.biases);
+    if (last.abort_if) motion.leaving->abort_if = command::state_of(*last.abort_if, build.cell, build.biases);
     motion.leaving->abort_handlers =
         static_cast<int>(std::ranges::count_if(requests, [](const auto& one) { return one.abort_if.has_value(); }));
   }
   /// Of two arms as one, which hold what they move as they stand where it begins.
-  [[nodiscard]] command::Action pair_motion(const BuildContext& making) const {
-    return command::planned_by(kind(), command::SetPointKind::kPair, [this, making](const command::Places& q_start) {
-      const command::Cell cell = cell_at(making.cell, q_start);
+  [[nodiscard]] command::Action pair_motion(const BuildContext& build) const {
+    return command::planned_by(kind(), command::SetPointKind::kPair, [this, build](const command::Places& q_start) {
+      const command::Cell cell = cell_at(build.cell, q_start);
       const JointVector &q = q_start.at(arm()), &q_follower = q_start.at(follower());
       const auto grasp = grasp_at(cell, arm(), follower(), q, q_follower);
       if (!grasp) return Planned(placed(grasp.error()));
       auto plan = plan_pair_motions(requests, cell, pair_of(cell, *grasp), q, q_follower);
       if (!plan) return Planned(placed(plan.error()));
-      making.notes.append(plan->notes);
+      build.notes.append(plan->notes);
       return Planned(planned(*grasp, kind(), std::move(*plan)));
     });
   }
@@ -244,12 +244,12 @@ class MotionCommand final : public OperationCommand {
     return std::unexpected(std::move(below));
   }
 
-  [[nodiscard]] command::Action with_overlay(const BuildContext& making, command::Action motion) const {
+  [[nodiscard]] command::Action with_overlay(const BuildContext& build, command::Action motion) const {
     if (std::ranges::any_of(requests, [](const auto& request) { return request.weave.has_value(); }))
       motion = command::weave_each(motion, weaves_of(requests));
     if (const auto first = first_offset(requests))
-      motion = command::force_offset(motion, force().pressing(arm(), making.cell, making.biases),
-                                     force().control_parameters(making.cell), *first);
+      motion = command::force_offset(motion, force().pressing(arm(), build.cell, build.biases),
+                                     force().control_parameters(build.cell), *first);
     return motion;
   }
   /// Of a motion that has one.
@@ -265,10 +265,10 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
     const std::string place = pointer + command.places[i];
     if (request.arm != first.arm) {
       diagnostics.error(Code::kConflict, place + "/arm", fmt::format("'{}' after '{}'", request.arm, first.arm),
-                        "one arm for all of them");
+                        "Use one arm for all of them");
     } else if (request.tool != first.tool) {
       diagnostics.error(Code::kConflict, place + "/tool", "another tool than that of the motion before it",
-                        "one tool and one tool centre point for all of them");
+                        "Use one tool and one tool centre point for all of them");
     } else if (request.follower != first.follower) {
       const auto movers = [](const MotionTask& one) {
         return one.follower.empty() ? fmt::format("'{}' alone", one.arm)
@@ -276,7 +276,7 @@ void check_movers(const MotionCommand& command, const std::string& pointer, Diag
       };
       diagnostics.error(Code::kConflict, place + (request.follower.empty() ? "" : "/follower"),
                         fmt::format("{} after {}", movers(request), movers(first)),
-                        "the same 'follower' at all of them");
+                        "Give the same 'follower' at all of them");
     }
   }
   if (command.compliance() && !first.follower.empty())
@@ -324,19 +324,21 @@ std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
     const auto* kind = std::ranges::find_if(kKinds, [&](const auto& one) { return word == one.first; });
     if (kind == std::end(kKinds)) {
       diagnostics.error(Code::kUnknownName, pointer + place + "/do",
-                        fmt::format("{} is not a planned motion", short_dump(word)), "ptp, lin, circ, spline or move");
+                        fmt::format("{} is not a planned motion", short_dump(word)),
+                        "Use ptp, lin, circ, spline or move");
       continue;
     }
     Json alone = step;
     if (alone.erase("base_to") > 0)
-      diagnostics.error(Code::kConflict, at + "/base_to", "a motion with a base is not blended", "a 'lin' of its own");
+      diagnostics.error(Code::kConflict, at + "/base_to", "a motion with a base is not blended",
+                        "Give the motion a 'lin' of its own");
     command->requests.push_back(read_motion(kind->second, {alone, at, cell, diagnostics}));
     command->places.push_back(place);
     command->steps.push_back(step);
   }
   reader.finish();
   if (command->requests.empty()) {
-    diagnostics.error(Code::kMissing, pointer + "/steps", "no motion is given", "one at least");
+    diagnostics.error(Code::kMissing, pointer + "/steps", "no motion is given", "Give at least one");
     command->requests.emplace_back();
     command->places.emplace_back();
   }
@@ -351,13 +353,14 @@ std::unique_ptr<OperationCommand> read_motions(const OperationSource& source) {
     const bool last = i + 1 == command->requests.size(), blends = request.blends();
     if (request.compliance)
       diagnostics.error(Code::kConflict, pointer + command->places[i] + "/compliance",
-                        "one motion of several has another compliance", "'compliance' beside 'steps', for all of them");
+                        "one motion of several has another compliance",
+                        "Give 'compliance' beside 'steps', for all of them");
     if (!last && request.until)
       diagnostics.error(Code::kConflict, pointer + command->places[i] + "/until",
-                        "only the last of them may be guarded", "on the last");
+                        "only the last of them may be guarded", "Give it on the last");
     if (!last && !blends && steps != nullptr && !steps->empty())
       diagnostics.error(Code::kConflict, pointer + command->places[i], "a motion that is not blended into the next",
-                        "'blend_m' or 'blend_fraction' on all but the last");
+                        "Give 'blend_m' or 'blend_fraction' on all but the last");
   }
   return command;
 }

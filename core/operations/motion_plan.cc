@@ -207,7 +207,8 @@ Result<motion::Motion> plan_single(const MotionTask& request, const command::Cel
   }
   const auto X_goal = goal_pose(request.goal, cell, request.arm, q);
   if (!X_goal) return at_place(X_goal.error(), "/to");
-  if (!arm.inverse) return failure(Code::kConflict, "", "an arm of fewer than three joints follows no line", "PTP");
+  if (!arm.inverse)
+    return failure(Code::kConflict, "", "an arm of fewer than three joints follows no line", "Use a PTP");
   return motion::plan_lin(arm.chain, *arm.inverse, arm.limits, arm.cartesian, q, *X_goal, {}, options);
 }
 
@@ -295,7 +296,7 @@ Diagnostics check_offsets(const std::vector<MotionTask>& requests) {
         Code::kConflict, pointer_segment(i) + "/weave",
         fmt::format("a weave of '{}' ({}) and a force offset of '{}' ({}), which are blended into each other",
                     requests[i].name, requests[i].pointer, requests[*first].name, requests[*first].pointer),
-        "one of them, or no blend between them");
+        "Remove one of them, or the blend between them");
     break;
   }
   return diagnostics;

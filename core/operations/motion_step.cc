@@ -20,7 +20,7 @@ namespace takt::activity {
 namespace {
 
 /// How long they wait before they begin, for what others do meanwhile, s.
-double wait_of_moves(const std::vector<MotionTask>& requests, const Meanwhile& meanwhile) {
+double wait_of_moves(const std::vector<MotionTask>& requests, const ConcurrentMotions& meanwhile) {
   const auto move =
       std::ranges::find_if(requests, [](const MotionTask& request) { return request.kind == PathKind::kMove; });
   return move == requests.end() ? 0.0 : meanwhile.wait_before(move->pointer);
@@ -34,7 +34,7 @@ class MotionRun final : public ScheduledRun {
   [[nodiscard]] std::size_t part() const override { return run() ? run()->part().value_or(0) : 0; }
   [[nodiscard]] bool begun() const override { return run() && run()->part().has_value(); }
   [[nodiscard]] bool has_taken_over() const override { return run() && run()->blended(); }
-  [[nodiscard]] bool may_be_left() const override {
+  [[nodiscard]] bool can_blend_out() const override {
     // Who takes it over carries out the rest of it too, but not with its springs, nor with what is laid over it.
     const bool blends = request_.blends() && !request_.compliance && !request_.has_overlay();
     return blends && begun() && part() + 1 == requests_.size();
@@ -82,10 +82,10 @@ class MotionStep final : public Step {
 
   void rehearse(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const override {
     const MotionTask& last = requests_.back();
-    if (!gives_way_as_it_can(rehearsal, pointer, diagnostics)) return;
+    if (!check_compliance(rehearsal, pointer, diagnostics)) return;
     const double wait = wait_of_moves(requests_, rehearsal.collisions.meanwhile);
     const bool goes_on =
-        wait == 0.0 && rehearsal.open && rehearsal.open->arm == moved_arm() && may_go_on(rehearsal.cell);
+        wait == 0.0 && rehearsal.open && rehearsal.open->arm == moved_arm() && can_blend_from(rehearsal.cell);
     if (!goes_on) note_open_begin(rehearsal, diagnostics);
     rehearsal.open.reset();
     if (last.blends()) note_open_end(rehearsal, diagnostics);
@@ -103,7 +103,7 @@ class MotionStep final : public Step {
     }
     diagnostics.append(alone->notes);
     check_planned(rehearsal, checked(*alone->prepared.command, rehearsal.cell), diagnostics);
-    if (last.until) lose_time(rehearsal);
+    if (last.until) invalidate_timing(rehearsal);
     for (const auto& [arm, q] : alone->q_goal) rehearsal.q[arm] = q;
     rehearsal.duration += alone->duration;
     const auto mapped = command::single_net(*alone->prepared.command, requests_.front().name);
@@ -118,7 +118,7 @@ class MotionStep final : public Step {
     const MotionTask& first = requests_.front();
     return {{first.arm, first.tool, first.pointer}};
   }
-  [[nodiscard]] bool may_go_on(const command::Cell& cell) const override {
+  [[nodiscard]] bool can_blend_from(const command::Cell& cell) const override {
     // What is laid over a path begins with it at rest, unless another motion of the same plan comes before.
     if (requests_.front().has_overlay()) return false;
     return std::ranges::none_of(
@@ -193,7 +193,7 @@ class MotionStep final : public Step {
                      "the next motion right behind it in the file, or no blend");
   }
   /// The mode and the values of its compliance. @return false: with diagnostics
-  bool gives_way_as_it_can(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const {
+  bool check_compliance(Rehearsal& rehearsal, const std::string& pointer, Diagnostics& diagnostics) const {
     const MotionTask& last = requests_.back();
     if (!last.compliance) return true;
     std::vector<std::string> arms{last.arm};

@@ -20,8 +20,8 @@ namespace takt::activity {
 namespace {
 
 using collision::CellShapes;
+using collision::CellState;
 using collision::Contact;
-using collision::Situation;
 using kinematics::JointVector;
 using planning::Obstruction;
 
@@ -57,8 +57,8 @@ Box box_around(const motion::ArmModel& arm, const JointVector& q, const std::vec
 }
 
 /// Machines that carry the arm and drive meanwhile stand where what is swept beside it is seen from.
-Situation seen_situation(const MotionTask& request, const command::Cell& cell, const Surroundings& surroundings) {
-  Situation situation = surroundings.situation();
+CellState seen_situation(const MotionTask& request, const command::Cell& cell, const Surroundings& surroundings) {
+  CellState situation = surroundings.situation();
   const auto beside = surroundings.meanwhile.of(request.pointer);
   if (beside == nullptr) return situation;
   for (const auto& [carrier, q] : beside->carriers) command::set_joints(*cell.shapes, carrier, q, situation.state);
@@ -66,10 +66,10 @@ Situation seen_situation(const MotionTask& request, const command::Cell& cell, c
 }
 
 /// An arm in its surroundings, and where it can be.
-class Around {
+class ArmEnvironment {
  public:
-  Around(const command::Cell& cell, const MotionTask& request, const Surroundings& surroundings, const Box& box,
-         double clearance)
+  ArmEnvironment(const command::Cell& cell, const MotionTask& request, const Surroundings& surroundings, const Box& box,
+                 double clearance)
       : shapes_(*cell.shapes),
         situation_(seen_situation(request, cell, surroundings)),
         swept_(surroundings.meanwhile.beside(request.pointer)),
@@ -82,8 +82,8 @@ class Around {
                 .upper = box.upper,
                 .rule = [this](int a, int b) { return rule(a, b); },
                 .swept = swept_.get()}) {}
-  Around(const Around&) = delete;
-  Around& operator=(const Around&) = delete;
+  ArmEnvironment(const ArmEnvironment&) = delete;
+  ArmEnvironment& operator=(const ArmEnvironment&) = delete;
 
   [[nodiscard]] planning::FreeSpace& space() { return space_; }
 
@@ -116,7 +116,7 @@ class Around {
   }
 
   const CellShapes& shapes_;
-  Situation situation_;
+  CellState situation_;
   std::shared_ptr<const collision::SweptSpace> swept_;
   collision::ContactRules rules_;
   collision::Touching own_;
@@ -150,18 +150,19 @@ std::unexpected<Diagnostics> at_goal(const Diagnostics& diagnostics) {
   return std::unexpected(std::move(placed));
 }
 
-std::unexpected<Diagnostics> start_collides(const Around& around, const Obstruction& found) {
+std::unexpected<Diagnostics> start_collides(const ArmEnvironment& around, const Obstruction& found) {
   return failure(Code::kCollision, "", fmt::format("it begins in a collision: {}", around.text(found)),
-                 fmt::format("a start that keeps {:g} mm", 1e3 * around.margin()));
+                 fmt::format("Choose a start that keeps {:g} mm", 1e3 * around.margin()));
 }
 
-std::unexpected<Diagnostics> goal_collides(const Around& around, const Obstruction& found, std::size_t solutions) {
+std::unexpected<Diagnostics> goal_collides(const ArmEnvironment& around, const Obstruction& found,
+                                           std::size_t solutions) {
   const std::string which =
       solutions > 1 ? fmt::format("all {} joint configurations of the goal collide; in the nearest", solutions)
                     : std::string("the goal is in a collision:");
-  return failure(
-      Code::kCollision, "/to", fmt::format("{} {}", which, around.text(found)),
-      fmt::format("a goal that keeps {:g} mm, or an entry of 'allow' in 'collisions'", 1e3 * around.margin()));
+  return failure(Code::kCollision, "/to", fmt::format("{} {}", which, around.text(found)),
+                 fmt::format("Choose a goal that keeps {:g} mm, or add an entry to 'allow' in 'collisions'",
+                             1e3 * around.margin()));
 }
 
 /// Those that are free; what is in the way of the first if none is.
@@ -169,7 +170,7 @@ struct FreeGoals {
   std::vector<JointVector> goals;
   std::optional<Obstruction> first;
 };
-FreeGoals free_goals(Around& around, const std::vector<JointVector>& all) {
+FreeGoals free_goals(ArmEnvironment& around, const std::vector<JointVector>& all) {
   FreeGoals found;
   for (const JointVector& goal : all) {
     if (found.goals.size() == kGoals) break;
@@ -180,11 +181,11 @@ FreeGoals free_goals(Around& around, const std::vector<JointVector>& all) {
   return found;
 }
 
-std::unexpected<Diagnostics> no_path(const Around& around, const Obstruction& most) {
+std::unexpected<Diagnostics> no_path(const ArmEnvironment& around, const Obstruction& most) {
   return failure(
       Code::kPlanningFailed, "/to",
       fmt::format("no path was found on which nothing collides; most often in the way: {}", around.names(most)),
-      "a larger 'effort', another 'seed', a smaller 'clearance_m', or motions over via points");
+      "Increase 'effort', choose another 'seed', decrease 'clearance_m', or move over via points");
 }
 
 }  // namespace
@@ -206,7 +207,7 @@ Result<motion::Leg> move_leg(const MotionTask& request, const command::Cell& cel
   if (!all) return at_goal(all.error());
   if (!is_checked(cell)) return motion::ptp_leg(arm, q, all->front());
   const Box box = box_around(arm, q, *all);
-  Around around(cell, request, surroundings, box, request.avoidance.clearance);
+  ArmEnvironment around(cell, request, surroundings, box, request.avoidance.clearance);
   if (const auto found = around.space().admit_start(q)) return start_collides(around, *found);
   const FreeGoals goals = free_goals(around, *all);
   if (goals.goals.empty()) return goal_collides(around, *goals.first, all->size());
@@ -228,7 +229,7 @@ Result<JointVector> free_solution(const MotionTask& request, const command::Cell
   const auto all = configurations(request, cell, q);
   if (!all) return at_goal(all.error());
   if (!is_checked(cell)) return all->front();
-  Around around(cell, request, surroundings, box_around(arm, q, *all), kStraightClearance);
+  ArmEnvironment around(cell, request, surroundings, box_around(arm, q, *all), kStraightClearance);
   if (const auto found = around.space().admit_start(q)) return start_collides(around, *found);
   std::optional<Obstruction> first;
   for (const JointVector& goal : *all) {
@@ -239,7 +240,7 @@ Result<JointVector> free_solution(const MotionTask& request, const command::Cell
   return failure(Code::kCollision, "/to",
                  fmt::format("on the way to each of {} joint configurations something collides; to the nearest {}",
                              all->size(), around.text(*first)),
-                 "'move', which goes around obstacles");
+                 "Use 'move', which goes around obstacles");
 }
 
 }  // namespace takt::activity

@@ -13,8 +13,8 @@ namespace takt::activity {
 
 /// What motions that look where they can go find there.
 struct Surroundings {
-  std::function<collision::Situation()> situation = {};  ///< the cell as it is believed to be when they begin
-  Meanwhile meanwhile = {};                              ///< what others do while they are carried out
+  std::function<collision::CellState()> situation = {};  ///< the cell as it is believed to be when they begin
+  ConcurrentMotions meanwhile = {};                      ///< what others do while they are carried out
 
   explicit operator bool() const { return situation != nullptr; }
 };

@@ -11,7 +11,7 @@
 namespace takt::activity {
 namespace {
 
-using collision::Situation;
+using collision::CellState;
 using collision::SweptSpace;
 
 /// How often the branches are played again at most.
@@ -41,9 +41,9 @@ void add_moved(const collision::Scene& scene, const collision::State& state, con
 }
 
 /// One `move`, and what others do beside it.
-class Beside {
+class ConcurrentMotionCheck {
  public:
-  Beside(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step)
+  ConcurrentMotionCheck(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step)
       : timeline_(timeline), shapes_(*timeline.cell().shapes), step_(step) {
     own_joints_ = shapes_.arms.find(step.arm)->second.joints;
     add_moved(shapes_.scene, step.before.state, own_joints_, own_);
@@ -100,7 +100,7 @@ class Beside {
   void add_window(double from, double to, SweptSpace& swept) const {
     const auto cuts = cuts_between(step_.begin + from, step_.begin + to);
     for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
-      const Situation situation = timeline_.situation_at(cuts[i]);
+      const CellState situation = timeline_.situation_at(cuts[i]);
       const auto moving = moving_between(cuts[i], cuts[i + 1]);
       const auto trajectory = trajectory_of(timeline_.cell(), tracks_of_all(moving), cuts[i], cuts[i + 1]);
       std::set<int> left = timed_bodies_;
@@ -172,7 +172,7 @@ class Beside {
     return bodies;
   }
   /// What joints move that are not below its arm.
-  [[nodiscard]] std::set<int> moved_by_itself(const PlayedStep& other, const Situation& situation) const {
+  [[nodiscard]] std::set<int> moved_by_itself(const PlayedStep& other, const CellState& situation) const {
     std::vector<int> joints;
     for (const ArmTrack& track : other.motion->tracks) {
       const auto arm = shapes_.arms.find(track.arm);
@@ -214,7 +214,7 @@ class Beside {
 
   void add_hits(double later, double from, double to, std::vector<double>& times) const {
     // What it holds is known from its begin on.
-    const Situation situation = timeline_.situation_at(std::max(from, step_.begin));
+    const CellState situation = timeline_.situation_at(std::max(from, step_.begin));
     const auto moving = moving_between(from, to);
     std::vector<PlayedTrack> tracks = tracks_of_all(moving);
     tracks.push_back({&*step_.motion, step_.begin + later, step_.stops});
@@ -293,13 +293,13 @@ bool MoveReview::review(const Timeline& timeline, const BranchParents& parents, 
 }
 
 std::shared_ptr<const MeanwhileSpace> MoveReview::of_rounds_before(const std::string& pointer) const {
-  return Meanwhile{before_, parallel_}.of(pointer);
+  return ConcurrentMotions{before_, parallel_}.of(pointer);
 }
 
 void MoveReview::review_step(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step,
                              const Diagnostics& said, std::map<std::string, MeanwhileSpace>& found) {
   if (!timeline.cell().shapes->arms.contains(step.arm)) return;
-  const Beside beside(timeline, parents, step);
+  const ConcurrentMotionCheck beside(timeline, parents, step);
   if (!beside.matters()) return;
   const auto before = of_rounds_before(step.moves.front());
   const auto [at, fresh] = known_.try_emplace(step.moves.front());

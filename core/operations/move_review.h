@@ -9,8 +9,8 @@
 #include "core/activity/meanwhile.h"
 #include "core/operations/timeline.h"
 
-/// Motions of `move` beside what other branches do meanwhile (docs/planning.md, "Beside machines that move").
-/// Realtime: setup.
+/// Motions of `move` beside what other branches do meanwhile (docs/planning.md, "ConcurrentMotionCheck machines that
+/// move"). Realtime: setup.
 namespace takt::activity {
 
 /// Branches of a parallel by number, each with the one that it is a part of. Number 0 is what is around all of them.

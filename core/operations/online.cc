@@ -21,7 +21,7 @@ void check_channel(const std::string& name, net::ValueType type, const ReadConte
   } else if (found->second != nullptr && found->second->description().type != type) {
     diagnostics.error(Code::kTypeMismatch, from.reader.at("channel"),
                       fmt::format("'{}' carries {}", name, net::name_of(found->second->description().type)),
-                      fmt::format("a channel of type {}", net::name_of(type)));
+                      fmt::format("Name a channel of type {}", net::name_of(type)));
   }
 }
 
@@ -39,8 +39,8 @@ MadeCommand OnlineCommand::make(const BuildContext& context, const std::string&)
   return made;
 }
 
-OperationCommand::MeantTouch OnlineCommand::meant_touch() const {
-  return compliance() ? MeantTouch{.devices = {end_.arm}} : MeantTouch{};
+OperationCommand::IntendedContact OnlineCommand::meant_touch() const {
+  return compliance() ? IntendedContact{.devices = {end_.arm}} : IntendedContact{};
 }
 
 void OnlineCommand::rehearse(Rehearsal& rehearsal, Diagnostics&) const {

@@ -56,7 +56,7 @@ class OnlineCommand : public OperationCommand {
   /// Where it goes shows in the run: the rehearsal goes on from where it is.
   void rehearse(Rehearsal& rehearsal, Diagnostics& diagnostics) const final;
   /// A compliant arm.
-  [[nodiscard]] MeantTouch meant_touch() const final;
+  [[nodiscard]] IntendedContact meant_touch() const final;
 
  protected:
   template <class P>

@@ -118,11 +118,11 @@ Diagnostics OperationRegistration::check() const {
   if (operation_.name.empty()) diagnostics.error(Code::kMissing, "", "an operation has no name");
   if (Operations::global().find(operation_.name) != nullptr) {
     diagnostics.error(Code::kDuplicate, "", fmt::format("an operation '{}' already exists", operation_.name),
-                      "another name");
+                      "Choose another name");
   }
   if (operation_.parameters == nullptr || (operation_.read_step == nullptr && operation_.read_command == nullptr)) {
     diagnostics.error(Code::kMissing, "", fmt::format("operation '{}' is incomplete", operation_.name),
-                      "its parameters, and how it is read as a step, as a command, or both");
+                      "Give it parameters, and say how it is read as a step, as a command, or both");
   }
   return diagnostics;
 }

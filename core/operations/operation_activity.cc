@@ -22,7 +22,8 @@ void check_left(const CommandBuilder& tree, const command::TreeEnd& end, Diagnos
         fmt::format("'{}' cannot be left for the motion after the transaction: something else may still happen, "
                     "or it is more than a plain motion of one arm",
                     part.request->name),
-        "a plain motion that begins when all others have completed and whose end starts nothing, or no blend");
+        "End with a plain motion that begins when all others have completed and whose end starts nothing, or remove "
+        "the blend");
   }
 }
 
@@ -72,8 +73,8 @@ Diagnostics plan_commands(const CommandBuilder& tree, const command::Cell& cell,
   for (const CommandBuilder::Part& part : tree.parts()) part.request->check(cell, found);
   // What is planned is checked as a plan.
   const Diagnostics planned = command::plan(tree.command(), places, &end);
-  command::add_news(tree.in_file(command::check(tree.command(), false)), found);
-  command::add_news(tree.in_file(planned), found);
+  command::append_new(tree.in_file(command::check(tree.command(), false)), found);
+  command::append_new(tree.in_file(planned), found);
   if (!found.has_errors()) check_left(tree, end, found);
   return found;
 }

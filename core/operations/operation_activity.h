@@ -42,7 +42,7 @@ class OperationActivity final : public ActivityModel {
   Context& context_;  ///< of the program's thread; who plans may be another one
   Options options_;
   command::Biases biases_;
-  Meanwhile meanwhile_;
+  ConcurrentMotions meanwhile_;
   Keys keys_;
 };
 

@@ -26,14 +26,14 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerParam
   if (json.is_string()) return handler.effects.push_back({kind, json.get<std::string>(), pointer});
   if (!json.is_array() || json.empty() || kind == Kind::kExternal) {
     return reader.diagnostics().error(Code::kWrongType, pointer, "unexpected value " + short_dump(json),
-                                      kind == Kind::kExternal ? "a text" : "a name, or several as an array");
+                                      kind == Kind::kExternal ? "Give a text" : "Give a name, or several as an array");
   }
   for (std::size_t i = 0; i < json.size(); ++i) {
     const std::string place = pointer + pointer_segment(i);
     if (json[i].is_string()) {
       handler.effects.push_back({kind, json[i].get<std::string>(), place});
     } else {
-      reader.diagnostics().error(Code::kWrongType, place, "unexpected value " + short_dump(json[i]), "a name");
+      reader.diagnostics().error(Code::kWrongType, place, "unexpected value " + short_dump(json[i]), "Give it a name");
     }
   }
 }
@@ -45,7 +45,7 @@ HandlerParameters read_handler(const Json& json, const std::string& pointer, con
   ObjectReader reader(json, pointer, diagnostics);
   if (!json.is_object()) return handler;
   if (reader.has("entered") == reader.has("left")) {
-    diagnostics.error(Code::kMissing, pointer, "exactly one event is needed", "'entered' or 'left' with a state");
+    diagnostics.error(Code::kMissing, pointer, "exactly one event is needed", "Give 'entered' or 'left' with a state");
   }
   handler.entered = !reader.has("left");
   for (const char* key : {"entered", "left"}) {
@@ -58,7 +58,7 @@ HandlerParameters read_handler(const Json& json, const std::string& pointer, con
   read_effects(reader, "tell", Kind::kExternal, handler);
   if (handler.effects.empty()) {
     diagnostics.error(Code::kMissing, pointer, "the event handler has no effect",
-                      "at least one of start, stop, cancel, raise, tell");
+                      "Give at least one of start, stop, cancel, raise, tell");
   }
   handler.trigger.delay = reader.number("after_s", 0.0, {.low = 0.0, .high = 3600.0});
   handler.trigger.first_only = reader.boolean("first_only", false);
@@ -70,7 +70,8 @@ std::vector<HandlerParameters> read_handlers(const Json& json, const std::string
                                              Diagnostics& diagnostics) {
   std::vector<HandlerParameters> handlers;
   if (!json.is_array()) {
-    diagnostics.error(Code::kWrongType, pointer, "unexpected value " + short_dump(json), "an array of event handlers");
+    diagnostics.error(Code::kWrongType, pointer, "unexpected value " + short_dump(json),
+                      "Give an array of event handlers");
     return handlers;
   }
   for (std::size_t i = 0; i < json.size(); ++i)
@@ -112,10 +113,10 @@ std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source
 
 nlohmann::ordered_json OperationCommand::left_steps() const { return Json::array(); }
 
-MadeCommand OperationCommand::made(const BuildContext& making, const std::string& key) const {
-  MadeCommand made = make(making, key);
+MadeCommand OperationCommand::made(const BuildContext& build, const std::string& key) const {
+  MadeCommand made = make(build, key);
   if (!abort_if_) return made;
-  add_abort(made.command, command::state_of(*abort_if_, making.cell, making.biases), key);
+  add_abort(made.command, command::state_of(*abort_if_, build.cell, build.biases), key);
   made.handler_places.emplace_back("/abort_if");
   return made;
 }

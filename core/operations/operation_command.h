@@ -33,7 +33,7 @@ struct BuildContext {
   Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
   std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
   command::ExternalHandler tell = {};                ///< gets external effects
-  Meanwhile meanwhile = {};                          ///< what others do while a `move` is carried out
+  ConcurrentMotions meanwhile = {};                  ///< what others do while a `move` is carried out
   std::optional<command::FingerWidths> widths = {};  ///< of grippers, as they are believed to stand; default: measured
   bool is_part = false;                              ///< of a composition: something may come after it in the same net
 };
@@ -61,7 +61,7 @@ class OperationCommand {
 
   /// What make() gives, cancelled as soon as `abort_if` holds or is unknown.
   /// @param key  with which the names of what it observes begin
-  [[nodiscard]] MadeCommand made(const BuildContext& making, const std::string& key) const;
+  [[nodiscard]] MadeCommand made(const BuildContext& build, const std::string& key) const;
   /// What has come of it once the tree has ended in order: `abort_if`, and what finish() says.
   /// @param cancelled  the whole was cancelled
   void report(const RunView& ended, const std::string& key, bool cancelled, Context& context,
@@ -69,7 +69,7 @@ class OperationCommand {
 
   /// The command, named as this, without what `on` says. Not of transactions.
   /// @param key  with which the names of what it observes begin
-  [[nodiscard]] virtual MadeCommand make(const BuildContext& making, const std::string& key) const = 0;
+  [[nodiscard]] virtual MadeCommand make(const BuildContext& build, const std::string& key) const = 0;
   /// Its command is called by its type, whatever its step is called: what it drives says which one it is.
   [[nodiscard]] virtual bool is_called_by_type() const { return false; }
   /// Of a planned motion that asks for a blend: the arm, and its motions as steps of a file; empty: it comes to rest.
@@ -84,13 +84,13 @@ class OperationCommand {
   /// The name of the command whose progress it follows; empty: none. That one is made before.
   [[nodiscard]] virtual std::string follows() const { return {}; }
   /// What it means to touch while it runs (docs/world.md).
-  struct MeantTouch {
+  struct IntendedContact {
     collision::Touching devices = {};  ///< arms with their tools, grippers
     std::size_t first_motion = 0;      ///< of several motions that are one: not before this one
     bool ends = false;                 ///< the first touch ends it
   };
   /// By default nothing.
-  [[nodiscard]] virtual MeantTouch meant_touch() const { return {}; }
+  [[nodiscard]] virtual IntendedContact meant_touch() const { return {}; }
   /// The tools that it works with, alone and not of commands inside.
   [[nodiscard]] virtual ArmTools arm_tools() const { return arm_tool_ ? ArmTools{*arm_tool_} : ArmTools(); }
   /// Figures that its device does not have; with whole pointers.
@@ -109,7 +109,7 @@ class OperationCommand {
   [[nodiscard]] const std::vector<std::unique_ptr<OperationCommand>>& parts() const { return parts_; }
   [[nodiscard]] const OperationCommand* parent() const { return parent_; }
   /// It is a step, or an activity, of its own, and no part of a transaction or of a composition.
-  [[nodiscard]] bool is_alone(const BuildContext& making) const { return parent_ == nullptr && !making.is_part; }
+  [[nodiscard]] bool is_alone(const BuildContext& build) const { return parent_ == nullptr && !build.is_part; }
   [[nodiscard]] bool is_alone(const RunView& run) const { return parent_ == nullptr && run.is_whole(); }
   /// The command that a name means here: one directly inside, itself, or one around; "a/b" is b inside of a.
   [[nodiscard]] const OperationCommand* find(std::string_view name) const;

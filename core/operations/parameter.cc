@@ -213,9 +213,9 @@ void check_tool_name(const ToolChoice& choice, const ReadContext& from) {
   if (choice.tool.empty() || from.cell.tools.contains(choice.tool)) return;
   std::vector<std::string> names;
   add_names(from.cell.tools, names);
-  from.reader.diagnostics().error(Code::kUnknownName, from.reader.at("tool"),
-                                  fmt::format("there is no tool '{}'", choice.tool),
-                                  names.empty() ? "no 'tool': the cell has none" : nearest_choice(choice.tool, names));
+  from.reader.diagnostics().error(
+      Code::kUnknownName, from.reader.at("tool"), fmt::format("there is no tool '{}'", choice.tool),
+      names.empty() ? "Remove 'tool': the cell has none" : nearest_choice(choice.tool, names));
 }
 
 }  // namespace takt::activity

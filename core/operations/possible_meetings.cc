@@ -16,7 +16,7 @@ namespace takt::activity {
 namespace {
 
 using collision::CellShapes;
-using collision::Situation;
+using collision::CellState;
 using collision::SweptSpace;
 
 /// Poses of what is swept lie so near to each other, m: half of it is what a meeting may be reported too early.
@@ -35,7 +35,7 @@ std::set<int> moved_bodies(const CellShapes& shapes, const collision::State& sta
   return bodies;
 }
 
-SweptSpace swept_by(const command::Cell& cell, const Situation& begin, const CheckedMotion& motion,
+SweptSpace swept_by(const command::Cell& cell, const CellState& begin, const CheckedMotion& motion,
                     const std::vector<int>& bodies) {
   SweptSpace swept;
   const double stops = first_touch(cell, begin, motion).time;
@@ -51,7 +51,7 @@ struct Meeting {
 
 class Meetings {
  public:
-  Meetings(const command::Cell& cell, const Situation& begin, const CheckedMotion& a, const CheckedMotion& b)
+  Meetings(const command::Cell& cell, const CellState& begin, const CheckedMotion& a, const CheckedMotion& b)
       : shapes_(*cell.shapes), rules_(shapes_, begin) {
     touching_.insert(a.touching.begin(), a.touching.end());
     touching_.insert(b.touching.begin(), b.touching.end());
@@ -110,7 +110,7 @@ class Meetings {
 
 }  // namespace
 
-void note_possible_meetings(const command::Cell& cell, const Situation& begin, const CheckedMotion& a,
+void note_possible_meetings(const command::Cell& cell, const CellState& begin, const CheckedMotion& a,
                             const CheckedMotion& b, Diagnostics& diagnostics) {
   if (a.tracks.empty() || b.tracks.empty()) return;
   const collision::Scene& scene = cell.shapes->scene;

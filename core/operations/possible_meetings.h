@@ -8,7 +8,7 @@ namespace takt::activity {
 /// Notes where two motions of different machines would meet if they were carried out at times that fit: whatever one
 /// sweeps against whatever the other does. One note for each pair of machines or objects.
 /// @param begin  the cell when the first of them begins
-void note_possible_meetings(const command::Cell& cell, const collision::Situation& begin, const CheckedMotion& a,
+void note_possible_meetings(const command::Cell& cell, const collision::CellState& begin, const CheckedMotion& a,
                             const CheckedMotion& b, Diagnostics& diagnostics);
 
 }  // namespace takt::activity

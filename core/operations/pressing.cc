@@ -120,29 +120,29 @@ Diagnostics failure_of(const Pressing& pressing, PressOutcome outcome) {
     case PressOutcome::kSensorSilent:
       diagnostics.error(Code::kSensorSilent, "/sensor",
                         fmt::format("'{}' did not answer, so the arm stopped", pressing.sensor),
-                        "check its power and its wiring");
+                        "Check its power and its wiring");
       break;
     case PressOutcome::kPushedSideways:
       diagnostics.error(Code::kConditionNotMet, "/lateral_max_N",
                         fmt::format("the force across the direction was more than {:g} N", *pressing.lateral),
-                        "another pose or direction, or a larger bound");
+                        "Choose another pose or direction, or increase the bound");
       break;
     case PressOutcome::kDeeper:
       diagnostics.error(Code::kConditionNotMet, "/depth_max_m",
                         fmt::format("the tool went more than {:g} m beyond the touch", *pressing.depth),
-                        "check what was touched, or a larger depth");
+                        "Check what was touched, or increase the depth");
       break;
     case PressOutcome::kNotTouched:
     case PressOutcome::kTravelUsedUp:
       diagnostics.error(
           Code::kConditionNotMet, "/travel_m",
           outcome == PressOutcome::kNotTouched ? "nothing was touched" : "the travel was used up after the touch",
-          "a longer travel, another beginning or direction");
+          "Increase travel_m, or start nearer to the surface or in another direction");
       break;
     case PressOutcome::kPathEnded:
       if (pressing.path_end_fails)
         diagnostics.error(Code::kConditionNotMet, "", "the pattern has come to its end and nothing was found",
-                          "a larger radius, a smaller pitch, or \"on_end\": \"continue\"");
+                          "Increase the radius, decrease the pitch, or set \"on_end\": \"continue\"");
       break;
     default:
       break;
@@ -168,12 +168,12 @@ class PressingCommand final : public OperationCommand {
  public:
   explicit PressingCommand(Pressing pressing) : OperationCommand(pressing), pressing_(std::move(pressing)) {}
 
-  [[nodiscard]] MeantTouch meant_touch() const override { return {.devices = {pressing_.arm}}; }
+  [[nodiscard]] IntendedContact meant_touch() const override { return {.devices = {pressing_.arm}}; }
 
-  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
-    const command::Action action = action_of(making);
-    MadeCommand made = on_actuator(command::arm(making.cell, pressing_.arm), action);
-    const command::FrameSensor tool = command::tool_pose(making.cell, pressing_.arm);
+  [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
+    const command::Action action = action_of(build);
+    MadeCommand made = on_actuator(command::arm(build.cell, pressing_.arm), action);
+    const command::FrameSensor tool = command::tool_pose(build.cell, pressing_.arm);
     const auto keep = [&](PressEvent event, const State& state) {
       made.command.capture(observation_of(event, key), tool, state);
     };
@@ -188,7 +188,7 @@ class PressingCommand final : public OperationCommand {
     if (pressing_.depth) failed = failed || press.state("too_deep");
     if (pressing_.lateral) failed = failed || press.state("sideways");
     failed = failed.once();
-    for (const State& wanted : wanted_ends(making, made)) failed = failed && !wanted.once();
+    for (const State& wanted : wanted_ends(build, made)) failed = failed && !wanted.once();
     made.command.fails_if(failed);
     using enum PressEvent;
     ends(kTooFar, press.state("too_far"), "/travel_m");
@@ -198,7 +198,7 @@ class PressingCommand final : public OperationCommand {
     if (pressing_.path) ends(kPathEnded, press.state("path_ended"), pressing_.path_key);
     if (pressing_.depth) ends(kTooDeep, press.state("too_deep"), "/depth_max_m");
     if (pressing_.lateral) ends(kSideways, press.state("sideways"), "/lateral_max_N");
-    if (pressing_.until) ends(kUntil, command::state_of(*pressing_.until, making.cell, making.biases), "/until");
+    if (pressing_.until) ends(kUntil, command::state_of(*pressing_.until, build.cell, build.biases), "/until");
     keep(kTouched, press.state("touched"));
     keep(kCancelled, made.command.cancelled());
     return made;
@@ -217,24 +217,24 @@ class PressingCommand final : public OperationCommand {
 
  private:
   /// What was wanted counts before what happened in the same cycle (PressHistory::outcome()).
-  [[nodiscard]] std::vector<State> wanted_ends(const BuildContext& making, const MadeCommand& made) const {
+  [[nodiscard]] std::vector<State> wanted_ends(const BuildContext& build, const MadeCommand& made) const {
     std::vector<State> ends;
     if (const auto held = seconds()) ends.push_back(made.action->state("at_force").held_for(*held));
     if (pressing_.drop) ends.push_back(made.action->state("sunk"));
     if (pressing_.until)
-      ends.push_back(command::state_of(*pressing_.until, making.cell, making.biases) && made.command.active());
+      ends.push_back(command::state_of(*pressing_.until, build.cell, build.biases) && made.command.active());
     return ends;
   }
   /// For how long the force is held: in a transaction something else may end it.
   [[nodiscard]] std::optional<double> seconds() const {
     return pressing_.seconds || parent() != nullptr ? pressing_.seconds : pressing_.seconds_alone;
   }
-  [[nodiscard]] command::Action action_of(const BuildContext& making) const {
-    if (!pressing_.needs_place() && !moves(making.cell.frames, pressing_.in, pressing_.arm)) {
-      const auto planned = plan_pressing(pressing_, making.cell, place_now(making.cell));
-      if (planned) return press_action(pressing_, *planned, making.cell, making.biases);
+  [[nodiscard]] command::Action action_of(const BuildContext& build) const {
+    if (!pressing_.needs_place() && !moves(build.cell.frames, pressing_.in, pressing_.arm)) {
+      const auto planned = plan_pressing(pressing_, build.cell, place_now(build.cell));
+      if (planned) return press_action(pressing_, *planned, build.cell, build.biases);
     }
-    return command::Action(std::make_shared<const UnplannedPress>(pressing_, making.cell, making.biases));
+    return command::Action(std::make_shared<const UnplannedPress>(pressing_, build.cell, build.biases));
   }
   /// Only springs that it does not bring along make a difference: how fast its law is.
   [[nodiscard]] kinematics::JointVector place_now(const command::Cell& cell) const {
@@ -295,7 +295,7 @@ void check_pressing_sensor(const std::string& arm, const std::string& sensor, co
   // Of a cell that could not be built only names are known.
   if (found == from.cell.sensors.end() || found->second.arm.empty() || found->second.arm == arm) return;
   from.reader.diagnostics().error(Code::kConflict, from.reader.at("sensor"),
-                                  fmt::format("'{}' is not on '{}'", sensor, arm), "a sensor on this arm");
+                                  fmt::format("'{}' is not on '{}'", sensor, arm), "Name a sensor on this arm");
 }
 
 std::unique_ptr<OperationCommand> pressing_command(Pressing pressing) {

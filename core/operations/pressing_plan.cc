@@ -47,13 +47,13 @@ JointVector as_springs_feel(const device::Compliance& springs, const command::Mo
 }
 
 /// What springs do to a tool along a direction.
-struct Softness {
+struct ToolCompliance {
   double by = 0.0;      ///< by how much a force deflects the tool, m/N; infinite: nothing holds it
   double beside = 0.0;  ///< how far what the arm exerts beside the springs pushes it, m
 };
-Softness softness_along(const device::Compliance& springs, const JointVector& felt) {
+ToolCompliance softness_along(const device::Compliance& springs, const JointVector& felt) {
   constexpr double kNone = 1e-9;
-  Softness softness;
+  ToolCompliance softness;
   for (Eigen::Index i = 0; i < felt.size(); ++i) {
     if (std::abs(felt[i]) < kNone) continue;
     softness.by += felt[i] * felt[i] / springs.stiffness[i];
@@ -87,10 +87,10 @@ Diagnostics check_bend(const Pressing& pressing, const command::MountedArm& arm,
   Diagnostics diagnostics;
   const device::Compliance springs = springs_of(pressing, *arm.device);
   if (springs.mode == ControlMode::kPosition) return diagnostics;
-  const Softness softness = softness_along(springs, as_springs_feel(springs, arm, direction_B, q));
+  const ToolCompliance softness = softness_along(springs, as_springs_feel(springs, arm, direction_B, q));
   if (!std::isfinite(softness.by)) {
     diagnostics.error(Code::kRequires, "/force_N", "the tool has no stiffness along the direction",
-                      "a stiffness above 0 there");
+                      "Give a stiffness above 0 there");
     return diagnostics;
   }
   const double bent = softness.by * pressing.force - softness.beside;
@@ -99,7 +99,8 @@ Diagnostics check_bend(const Pressing& pressing, const command::MountedArm& arm,
         Code::kLimitExceeded, "/travel_m",
         fmt::format("a force of {:g} N deflects the springs by {:.4g} m, and the set point moves by {:g} m at most",
                     pressing.force, bent, pressing.travel),
-        "a longer travel, stiffer springs along the direction, or a part of the force beside them");
+        "Increase the travel, stiffen the springs along the direction, or let springs beside them take a part of the "
+        "force");
   return diagnostics;
 }
 

@@ -15,7 +15,7 @@ class RecordContactStep final : public Step {
     if (!rehearsal.touched[arm_]) {
       diagnostics.error(Code::kRequires, pointer,
                         fmt::format("the last motion of '{}' was not guarded, so there is no contact", arm_),
-                        "a motion with \"until\" directly before");
+                        "Put a motion with \"until\" directly before it");
     }
     if (rehearsal.contacts.contains(name_)) {
       diagnostics.warning(Code::kDuplicate, pointer + "/as",
@@ -29,7 +29,7 @@ class RecordContactStep final : public Step {
       const auto touch = context.variables.touches.find(arm_);
       if (touch == context.variables.touches.end()) {
         diagnostics.error(Code::kNoContact, {}, fmt::format("the last motion of '{}' ended without a contact", arm_),
-                          "known(touch('...')) asks before");
+                          "Ask known(touch('...')) before");
         return false;
       }
       context.variables.contacts[name_] = {name_, touch->second.p_W, touch->second.radius};

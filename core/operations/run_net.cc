@@ -42,7 +42,7 @@ class NetStepRun final : public ScheduledRun {
     run()->abort();
     diagnostics.error(Code::kTimeout, "/within_s",
                       fmt::format("the net '{}' still runs after {:g} s", parameters_.net, parameters_.within),
-                      "a longer time, or a net that ends");
+                      "Give it more time, or a net that ends");
     return Progress::kFailed;
   }
 

@@ -34,16 +34,17 @@ void check_search(const SearchParameters& search, const ReadContext& from) {
     const std::size_t size = search_size(search.pattern, search.radius, search.pitch);
     if (size > kMostSearchPoints) {
       reader.diagnostics().error(Code::kTooLarge, reader.at("pitch_m"), fmt::format("{} points for this radius", size),
-                                 fmt::format("a wider pitch: at most {} points", kMostSearchPoints));
+                                 fmt::format("Increase the pitch: at most {} points", kMostSearchPoints));
     }
   }
   if (search.drop && search.depth && *search.depth <= *search.drop) {
     reader.diagnostics().error(Code::kConflict, reader.at("depth_max_m"),
                                fmt::format("{:g} m are not more than drop_m, {:g} m", *search.depth, *search.drop),
-                               "more than drop_m, so that something can be found");
+                               "Choose more than drop_m, so that something can be found");
   }
   if (!search.drop && !from.has("until")) {
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "no end condition is given", "'drop_m' or 'until'");
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "no end condition is given",
+                               "Give 'drop_m' or 'until'");
   }
 }
 

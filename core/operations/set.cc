@@ -43,7 +43,7 @@ void check_following(SetParameters& parameters, const ReadContext& from) {
     if (from.reader.has(key)) {
       from.reader.diagnostics().error(Code::kConflict, from.reader.at(key),
                                       fmt::format("'{}' without a value to follow", key),
-                                      "an analog output whose 'value' is an object, such as {\"input\": ...}");
+                                      "Name an analog output whose 'value' is an object, such as {\"input\": ...}");
     }
   }
 }
@@ -56,7 +56,7 @@ bool check_unit(const SetParameters& parameters, const command::Cell& cell, cons
   if (parameters.factor || !unit || *unit == own) return true;
   diagnostics.error(Code::kUnitMismatch, pointer + "/value",
                     fmt::format("a value in {} is not for '{}', which is in {}", *unit, parameters.output, own),
-                    fmt::format("'factor', in {} for each {}", own, *unit));
+                    fmt::format("Give 'factor', in {} for each {}", own, *unit));
   return false;
 }
 
@@ -71,7 +71,7 @@ bool check_range(const SetParameters& parameters, const command::Cell& cell, con
   if (*value >= output.lower && *value <= output.upper) return true;
   diagnostics.error(Code::kOutOfRange, pointer + "/value",
                     fmt::format("{:g} {} is not for '{}'", *value, output.unit, parameters.output),
-                    fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
+                    fmt::format("Choose {:g} to {:g} {}", output.lower, output.upper, output.unit));
   return false;
 }
 
@@ -79,12 +79,12 @@ class OutputCommand final : public OperationCommand {
  public:
   explicit OutputCommand(SetParameters parameters) : parameters_(std::move(parameters)) {}
 
-  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
-    if (parameters_.source) return make_following(making, key);
+  [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
+    if (parameters_.source) return make_following(build, key);
     const bool* level = std::get_if<bool>(&parameters_.value);
     const command::Action action =
         level != nullptr ? command::set_value(*level) : command::set_value(std::get<double>(parameters_.value));
-    const command::Actuator actuator = command::output(making.cell, parameters_.output);
+    const command::Actuator actuator = command::output(build.cell, parameters_.output);
     return {.command = command::RuntimeCommand(name, actuator, action), .action = action, .actuator = actuator};
   }
   [[nodiscard]] bool is_called_by_type() const override { return !parameters_.source; }
@@ -102,16 +102,16 @@ class OutputCommand final : public OperationCommand {
     if (!ended.was_true(key + " silent")) return;
     diagnostics.error(Code::kSensorSilent, pointer + "/value",
                       "what the output follows did not answer, so it stayed where it was",
-                      "check its power and its wiring");
+                      "Check its power and its wiring");
   }
 
  private:
-  [[nodiscard]] MadeCommand make_following(const BuildContext& making, const std::string& key) const {
-    command::RealSensor value = value_of(*parameters_.source, making);
+  [[nodiscard]] MadeCommand make_following(const BuildContext& build, const std::string& key) const {
+    command::RealSensor value = value_of(*parameters_.source, build);
     if (parameters_.factor) value = value * *parameters_.factor;
     if (parameters_.offset) value = value + *parameters_.offset;
     const command::Action action = command::track_value(value);
-    const command::Actuator actuator = command::output(making.cell, parameters_.output);
+    const command::Actuator actuator = command::output(build.cell, parameters_.output);
     command::RuntimeCommand set(name, actuator, action);
     MadeCommand made{.command = set, .action = action, .actuator = actuator};
     if (parameters_.seconds) {
@@ -119,7 +119,7 @@ class OutputCommand final : public OperationCommand {
       made.handler_places.emplace_back("/seconds");
     }
     if (parameters_.until) {
-      set.on_entered(command::state_of(*parameters_.until, making.cell, making.biases), cancel(set));
+      set.on_entered(command::state_of(*parameters_.until, build.cell, build.biases), cancel(set));
       made.handler_places.emplace_back("/until");
     }
     // A motion that does not run has no progress; that is no fault.
@@ -131,9 +131,9 @@ class OutputCommand final : public OperationCommand {
     return made;
   }
 
-  [[nodiscard]] static command::RealSensor value_of(const ValueParameters& value, const BuildContext& making) {
-    if (value.kind != ValueParameters::Kind::kProgress) return number_of(value, making.cell, making.biases);
-    return *making.progress;
+  [[nodiscard]] static command::RealSensor value_of(const ValueParameters& value, const BuildContext& build) {
+    if (value.kind != ValueParameters::Kind::kProgress) return number_of(value, build.cell, build.biases);
+    return *build.progress;
   }
 
   SetParameters parameters_;

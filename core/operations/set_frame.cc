@@ -28,7 +28,7 @@ void check_name(SetFrameParameters& parameters, const ReadContext& from) {
   from.reader.diagnostics().error(
       Code::kInvalidName, from.reader.at("as"),
       fmt::format("'{}' cannot be the name of a frame that a step makes", parameters.as),
-      "a name that the cell does not have yet, without '/', or an object that is not fixed");
+      "Choose a name that the cell does not have yet, without '/', or an object that is not fixed");
 }
 
 class SetFrameStep final : public Step {

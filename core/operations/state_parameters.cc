@@ -54,7 +54,8 @@ std::vector<StateParameters> read_operands(ObjectReader& reader, const char* key
   for (std::size_t i = 0; list && i < list->size(); ++i) {
     operands.push_back(read_state((*list)[i], reader.at(key) + pointer_segment(i), cell, reader.diagnostics()));
   }
-  if (operands.empty()) reader.diagnostics().error(Code::kMissing, reader.at(key), "no state is given", "at least one");
+  if (operands.empty())
+    reader.diagnostics().error(Code::kMissing, reader.at(key), "no state is given", "Give at least one");
   return operands;
 }
 
@@ -112,11 +113,9 @@ StateParameters read_state(const Json& json, const std::string& pointer, const c
     return state;
   }
   if (!is_known_form(json)) {
-    diagnostics.error(
-        Code::kMissing, pointer, "no state is given",
-        "a condition over sensors, started, active, completed, failed, stopped, cancelled, paused, timed_out of a "
-        "command, "
-        "action, actuator, raised, all, any or not");
+    diagnostics.error(Code::kMissing, pointer, "no state is given",
+                      "Give a condition over sensors, started, active, completed, failed, stopped, cancelled, paused, "
+                      "timed_out of a command, action, actuator, raised, all, any or not");
     return state;
   }
   Json alone = json;

@@ -80,7 +80,7 @@ class StepRun {
   /// It has taken over what it goes on with, in motion.
   [[nodiscard]] virtual bool has_taken_over() const { return false; }
   /// The program may look for what comes next while it runs on: a motion that another one can go on with.
-  [[nodiscard]] virtual bool may_be_left() const { return false; }
+  [[nodiscard]] virtual bool can_blend_out() const { return false; }
 };
 
 /// A leaf of a program tree: immutable after parsing.
@@ -107,7 +107,7 @@ class Step {
   /// it begins.
   [[nodiscard]] virtual ArmTools arm_tools() const { return {}; }
   /// A planned motion can be planned before the one that it goes on with has ended.
-  [[nodiscard]] virtual bool may_go_on(const command::Cell& cell) const {
+  [[nodiscard]] virtual bool can_blend_from(const command::Cell& cell) const {
     (void)cell;
     return false;
   }

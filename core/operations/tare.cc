@@ -30,7 +30,7 @@ class TareRun final : public ScheduledRun {
     const auto bias = run()->value<net::Wrench>(command::observed::kBias);
     if (!bias) {
       diagnostics.error(Code::kSensorSilent, "/sensor", fmt::format("'{}' did not answer while it was tared", sensor_),
-                        "check its power and its wiring; \"try\" with \"retry\" tares again");
+                        "Check its power and its wiring; \"try\" with \"retry\" tares again");
       return Progress::kFailed;
     }
     context.variables.biases[sensor_] = *bias;

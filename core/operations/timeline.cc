@@ -9,7 +9,7 @@ namespace takt::activity {
 namespace {
 
 using collision::CellShapes;
-using collision::Situation;
+using collision::CellState;
 
 constexpr double kSameTime = 1e-9;  // s
 
@@ -38,7 +38,7 @@ bool PlayedStep::drives(const std::set<std::string>& arms) const {
   return motion && std::ranges::any_of(motion->tracks, [&](const ArmTrack& track) { return arms.contains(track.arm); });
 }
 
-Timeline::Timeline(const command::Cell& cell, Situation begin, PlayedSteps played)
+Timeline::Timeline(const command::Cell& cell, CellState begin, PlayedSteps played)
     : cell_(cell), shapes_(*cell.shapes), begin_(std::move(begin)), played_(std::move(played)) {
   for (const auto& step : played_) first_of_branch_.try_emplace(step->branch, step.get());
   find_borders();
@@ -95,7 +95,7 @@ void Timeline::check_between(double from, double to, std::vector<FoundCollision>
     touching.insert(step->motion->touching.begin(), step->motion->touching.end());
   }
   if (moving.empty()) return;
-  Situation at_begin = situation_at(from);
+  CellState at_begin = situation_at(from);
   for (const PlayedStep* step : moving)
     at_begin.unknown.insert(step->before.unknown.begin(), step->before.unknown.end());
   const collision::ContactRules rules(shapes_, at_begin);
@@ -111,7 +111,7 @@ void Timeline::check_between(double from, double to, std::vector<FoundCollision>
     report(hit, from, at_begin, moving, found, diagnostics);
 }
 
-void Timeline::report(const collision::Hit& hit, double from, const Situation& at_begin,
+void Timeline::report(const collision::Hit& hit, double from, const CellState& at_begin,
                       const std::vector<const PlayedStep*>& moving, std::vector<FoundCollision>* found,
                       Diagnostics& diagnostics) {
   const collision::Body &a = shapes_.scene.body(hit.a), &b = shapes_.scene.body(hit.b);
@@ -130,7 +130,7 @@ void Timeline::report(const collision::Hit& hit, double from, const Situation& a
   if (found != nullptr) found->push_back(std::move(one));
 }
 
-std::set<std::string> Timeline::arms_of(int body, const Situation& situation) const {
+std::set<std::string> Timeline::arms_of(int body, const CellState& situation) const {
   std::set<std::string> arms;
   for (int at = body; at >= 0;) {
     const collision::Body& one = shapes_.scene.body(at);
@@ -155,7 +155,7 @@ bool Timeline::is_certain(const std::set<std::string>& of_a, const std::set<std:
 // ----------------------------------------------------------------------------------------
 
 template <class Differs>
-const Situation& Timeline::latest(double time, const Differs& differs) const {
+const CellState& Timeline::latest(double time, const Differs& differs) const {
   const PlayedStep* last = nullptr;
   for (const auto& step : played_) {
     if (step->begin > time + kSameTime || (last != nullptr && step->begin < last->begin)) continue;
@@ -164,8 +164,8 @@ const Situation& Timeline::latest(double time, const Differs& differs) const {
   return last != nullptr ? last->before : begin_;
 }
 
-Situation Timeline::situation_at(double time) const {
-  Situation now = begin_;
+CellState Timeline::situation_at(double time) const {
+  CellState now = begin_;
   put_objects(time, now);
   put_fingers(time, now);
   std::vector<const PlayedStep*> over;
@@ -178,7 +178,7 @@ Situation Timeline::situation_at(double time) const {
   return now;
 }
 
-void Timeline::put_objects(double time, Situation& now) const {
+void Timeline::put_objects(double time, CellState& now) const {
   const auto with = [](const auto& map, int body) {
     const auto found = map.find(body);
     return found == map.end() ? std::set<std::string>() : found->second;
@@ -187,7 +187,7 @@ void Timeline::put_objects(double time, Situation& now) const {
     const int body = shapes_.scene.root_of(object);
     if (body < 0) continue;
     const auto number = static_cast<std::size_t>(body);
-    const Situation& there = latest(time, [&](const Situation& a, const Situation& b) {
+    const CellState& there = latest(time, [&](const CellState& a, const CellState& b) {
       const collision::Fixing &one = a.state.fixings[number], &other = b.state.fixings[number];
       return one.parent != other.parent || !one.X_P.isApprox(other.X_P) ||
              a.unknown.contains(body) != b.unknown.contains(body) || with(a.holders, body) != with(b.holders, body);
@@ -200,12 +200,12 @@ void Timeline::put_objects(double time, Situation& now) const {
   }
 }
 
-void Timeline::put_fingers(double time, Situation& now) const {
+void Timeline::put_fingers(double time, CellState& now) const {
   for (const auto& [gripper, joints] : shapes_.grippers) {
     for (const int joint : joints) {
       const auto number = static_cast<std::size_t>(joint);
-      const Situation& there =
-          latest(time, [&](const Situation& a, const Situation& b) { return a.state.q[number] != b.state.q[number]; });
+      const CellState& there =
+          latest(time, [&](const CellState& a, const CellState& b) { return a.state.q[number] != b.state.q[number]; });
       now.state.q[number] = there.state.q[number];
     }
   }

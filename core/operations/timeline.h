@@ -19,7 +19,7 @@ struct PlayedStep {
   double begin = 0.0;  ///< s
   int branch = 0;
   bool timed = true;  ///< `begin` is known
-  collision::Situation before;
+  collision::CellState before;
   std::optional<CheckedMotion> motion = {};
   double stops = 0.0;                   ///< s after its begin: the motion goes no further, it touches
   std::string arm = {};                 ///< of the motion of a `move`, also of one that finds no path
@@ -42,7 +42,7 @@ using PlayedSteps = std::vector<std::shared_ptr<const PlayedStep>>;
 class Timeline {
  public:
   /// The cell must outlive it. @param begin  how all of it is before anything of this happens
-  Timeline(const command::Cell& cell, collision::Situation begin, PlayedSteps played);
+  Timeline(const command::Cell& cell, collision::CellState begin, PlayedSteps played);
 
   /// Checks all motions against each other and against what stands.
   /// @param found  gets the collisions; may be null
@@ -53,9 +53,9 @@ class Timeline {
   /// Times at which something begins, ends or changes hands, s, in their order.
   [[nodiscard]] const std::vector<double>& borders() const { return borders_; }
   /// All that is known of the cell at a time, but for where the motions are that are being carried out then.
-  [[nodiscard]] collision::Situation situation_at(double time) const;
+  [[nodiscard]] collision::CellState situation_at(double time) const;
   /// All arms that carry a body, an arm's base among them.
-  [[nodiscard]] std::set<std::string> arms_of(int body, const collision::Situation& situation) const;
+  [[nodiscard]] std::set<std::string> arms_of(int body, const collision::CellState& situation) const;
 
  private:
   void find_borders();
@@ -64,7 +64,7 @@ class Timeline {
   /// Between two borders nothing begins, ends or changes hands.
   void check_between(double from, double to, std::vector<FoundCollision>* found, Diagnostics& diagnostics);
   /// One for each pair of machines or objects: what follows of a collision is no news.
-  void report(const collision::Hit& hit, double from, const collision::Situation& at_begin,
+  void report(const collision::Hit& hit, double from, const collision::CellState& at_begin,
               const std::vector<const PlayedStep*>& moving, std::vector<FoundCollision>* found,
               Diagnostics& diagnostics);
   /// Either one branch alone brings both where they meet, or all times are known until then.
@@ -72,13 +72,13 @@ class Timeline {
                                 double time) const;
   /// What its branch has changed since it began is so; the latest counts.
   template <class Differs>
-  [[nodiscard]] const collision::Situation& latest(double time, const Differs& differs) const;
-  void put_objects(double time, collision::Situation& now) const;
-  void put_fingers(double time, collision::Situation& now) const;
+  [[nodiscard]] const collision::CellState& latest(double time, const Differs& differs) const;
+  void put_objects(double time, collision::CellState& now) const;
+  void put_fingers(double time, collision::CellState& now) const;
 
   const command::Cell& cell_;
   const collision::CellShapes& shapes_;
-  collision::Situation begin_;
+  collision::CellState begin_;
   PlayedSteps played_;
   std::map<int, const PlayedStep*> first_of_branch_;
   std::vector<double> borders_;

@@ -29,10 +29,10 @@ Result<const MountedTool*> not_on(const Cell& cell, const std::string& arm, cons
   const auto tool = cell.tools.find(name);
   if (tool != cell.tools.end() && tool->second.arm.empty())
     return failure(Code::kNotPossibleNow, "/tool", fmt::format("'{}' is not coupled to '{}'", name, arm),
-                   fmt::format("\"do\": \"couple\" of '{}' before", tool->second.side));
+                   fmt::format("Put \"do\": \"couple\" of '{}' before it", tool->second.side));
   const auto there = tools_on(cell, arm);
   return failure(Code::kUnknownName, "/tool", fmt::format("'{}' carries no tool '{}'", arm, name),
-                 there.empty() ? "no 'tool': it carries none" : nearest_choice(name, there));
+                 there.empty() ? "Remove 'tool': it carries none" : nearest_choice(name, there));
 }
 
 /// The tool that is meant; null: the arm has none.
@@ -53,7 +53,7 @@ Result<ToolInForce> frame_as_tool(const Cell& cell, const std::string& arm, cons
   auto names = tool != nullptr ? keys_of(tool->X_FT) : std::vector<std::string>();
   if (cell.frames.contains(choice.tcp))
     return failure(Code::kUnknownPose, "/tcp", fmt::format("'{}' does not ride on the flange of '{}'", choice.tcp, arm),
-                   "a tool centre point of its tool, or a frame of what it holds then");
+                   "Name a tool centre point of its tool, or a frame of what it holds then");
   return failure(Code::kUnknownName, "/tcp", fmt::format("there is no tool centre point '{}'", choice.tcp),
                  nearest_choice(choice.tcp, names));
 }

@@ -18,13 +18,13 @@ std::unique_ptr<OperationCommand> read_part(const std::string& name, const Opera
   part->name = name;
   if (name.empty() || name.find('/') != std::string::npos) {
     source.diagnostics.error(Code::kInvalidName, source.pointer, fmt::format("a command named '{}'", name),
-                             "a name that is not empty and has no '/'");
+                             "Choose a name that is not empty and has no '/'");
   }
   if (!source.json.is_object()) return part;
   if (source.json.contains("name")) {
     source.diagnostics.error(Code::kDuplicate, source.pointer + "/name",
                              fmt::format("a second name: {}", short_dump(source.json.at("name"))),
-                             fmt::format("'{}' is its name", name));
+                             fmt::format("Remove it: '{}' is its name", name));
   }
   Diagnostics ignored;
   ObjectReader reader(source.json, source.pointer, source.json.contains("start") ? source.diagnostics : ignored);
@@ -58,7 +58,7 @@ void read_captures(ObjectReader& reader, const command::Cell& cell, TransactionP
     if (one.has("rate_Hz")) captured.rate = one.number("rate_Hz", {}, {.low = 0.0, .high = 1000.0, .low_open = true});
     if (captured.rate && captured.when)
       reader.diagnostics().error(Code::kConflict, one.at("rate_Hz"), "a rate for a value that is captured once",
-                                 "'rate_Hz', or 'when'");
+                                 "Give 'rate_Hz', or 'when'");
     one.finish();
     transaction.captures.push_back(std::move(captured));
   }

@@ -20,11 +20,11 @@ TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::
     : runtime_(&leader.runtime()), leader_(leader), follower_(follower) {
   Diagnostics wrong;
   if (leader.name() == follower.name())
-    wrong.error(Code::kConflict, "/follower", fmt::format("'{}' is the leader too", follower.name()), "two arms");
+    wrong.error(Code::kConflict, "/follower", fmt::format("'{}' is the leader too", follower.name()), "Name two arms");
   if (&leader.runtime() != &follower.runtime())
     wrong.error(Code::kRequires, "/follower",
                 fmt::format("'{}' belongs to another runtime than '{}'", follower.name(), leader.name()),
-                "arms of one Runtime");
+                "Use arms of one Runtime");
   if (wrong.has_errors()) throw ActivityError(std::move(wrong));
   (void)leader.use<LinInterface>();
   (void)follower.use<LinInterface>();

@@ -21,13 +21,13 @@ void check_wait(WaitParameters& parameters, const ReadContext& from) {
   const bool until = reader.has("until");
   if (until && parameters.seconds)
     reader.diagnostics().error(Code::kConflict, reader.at("seconds"), "both a time and a condition are given",
-                               "'timeout_s' for the longest wait");
+                               "Use 'timeout_s' for the longest wait");
   if (!until && parameters.timeout)
     reader.diagnostics().error(Code::kConflict, reader.at("timeout_s"), "a timeout without a condition",
-                               "'until', or 'seconds' alone");
+                               "Give 'until', or 'seconds' alone");
   if (!until && !reader.has("seconds"))
     reader.diagnostics().error(Code::kMissing, reader.pointer(), "neither a duration nor a condition is given",
-                               "'seconds' or 'until'");
+                               "Give 'seconds' or 'until'");
 }
 
 // -- As a step ----
@@ -69,11 +69,11 @@ class TimeCommand final : public OperationCommand {
  public:
   explicit TimeCommand(WaitParameters parameters) : parameters_(std::move(parameters)) {}
 
-  [[nodiscard]] MadeCommand make(const BuildContext& making, const std::string& key) const override {
+  [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
     if (!parameters_.until) return {.command = command::WaitCommand(name, parameters_.seconds.value_or(0.0))};
-    const command::State until = command::state_of(*parameters_.until, making.cell, making.biases);
+    const command::State until = command::state_of(*parameters_.until, build.cell, build.biases);
     command::WaitCommand wait(name, until, parameters_.timeout);
-    if (is_alone(making)) {
+    if (is_alone(build)) {
       // Nothing comes after it: what the condition is when it has ended is what counts.
       wait.observe(key + " held", BooleanSensor(until.node()));
     } else if (parameters_.timeout) {

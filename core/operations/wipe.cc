@@ -65,7 +65,7 @@ void check_lanes(const WipeParameters& wipe, const ReadContext& from) {
   if (!(wipe.pitch > 0.0) || lanes_of(wipe) <= kMostLanes) return;
   from.reader.diagnostics().error(Code::kTooLarge, from.reader.at("pitch_m"),
                                   fmt::format("{} lanes for this width", lanes_of(wipe)),
-                                  fmt::format("a wider pitch: at most {} lanes", kMostLanes));
+                                  fmt::format("Increase the pitch: at most {} lanes", kMostLanes));
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ Result<motion::Leg> rounded_path(FreeSpace& space, const motion::ArmModel& arm,
       corners[i] *= 0.5;
       if (corners[i] < kSharpest)
         return failure(Code::kPlanningFailed, "", "a corner of the path found cannot be rounded without a collision",
-                       "a larger 'clearance_m', or another 'seed'");
+                       "Increase 'clearance_m', or choose another 'seed'");
     }
     if (all) return leg;
   }

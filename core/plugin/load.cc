@@ -71,7 +71,7 @@ Diagnostics check_registrations(const std::vector<Registration*>& list) {
   Diagnostics diagnostics;
   if (list.empty())
     diagnostics.error(Code::kMissing, "", "brings nothing",
-                      "TAKT_PRIMITIVE, TAKT_DEVICE_KIND or TAKT_OPERATION in one of its files");
+                      "Add TAKT_PRIMITIVE, TAKT_DEVICE_KIND or TAKT_OPERATION to one of its files");
   for (std::size_t i = 0; i < list.size(); ++i) {
     diagnostics.append(list[i]->check());
     if (i == 0 || list[i]->what() != list[i - 1]->what() || list[i]->name() != list[i - 1]->name()) continue;
@@ -84,7 +84,7 @@ Result<Loaded> load_checked(const std::filesystem::path& file, const Lines& abou
   Loaded loaded{file, value_or(about, "name", "?"), value_or(about, "version", "?"), {}};
   if (std::ranges::find(loaded_names(), loaded.name) != loaded_names().end()) {
     return failure(Code::kDuplicate, "", fmt::format("a plug-in '{}' is loaded already", loaded.name),
-                   "each plug-in once");
+                   "Load each plug-in once");
   }
   // Never closed: nets, devices and registries point into it. RTLD_NOW: a missing symbol shows here, not in the cycle.
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -93,7 +93,7 @@ Result<Loaded> load_checked(const std::filesystem::path& file, const Lines& abou
   const auto entry = reinterpret_cast<Registration* (*)()>(dlsym(library, "takt_plugin_registrations"));
   if (!entry)
     return failure(Code::kIncompatible, "", "has no takt_plugin_registrations()",
-                   "TAKT_PLUGIN(name, version) makes it");
+                   "Add TAKT_PLUGIN(name, version), which makes it");
   const std::vector<Registration*> list = in_order(entry());
   if (Diagnostics wrong = check_registrations(list); wrong.has_errors()) return std::unexpected(std::move(wrong));
   for (Registration* one : list) {
@@ -111,7 +111,7 @@ Diagnostics check_about(std::string_view text) {
   const auto theirs = parse(text);
   if (!theirs) {
     diagnostics.error(Code::kIncompatible, "", "is not a plug-in of takt",
-                      "TAKT_PLUGIN(name, version) in one of its files");
+                      "Add TAKT_PLUGIN(name, version) to one of its files");
     return diagnostics;
   }
   constexpr About here = about_plugin("", "");

@@ -22,7 +22,7 @@ inline Diagnostics need_chain(const device::Arm* arm, bool need_inverse) {
                        (arm->description().chain == nullptr || (need_inverse && arm->description().inverse == nullptr));
   if (missing)
     diagnostics.error(Code::kUnknownName, "/device", "arm '" + arm->name() + "' has no inverse kinematics of this kind",
-                      "another arm");
+                      "Name another arm");
   return diagnostics;
 }
 

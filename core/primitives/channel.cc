@@ -64,7 +64,7 @@ class Output final : public Primitive {
     if (channel_->description().writer != ChannelDescription::Writer::kNet) {
       diagnostics.error(Code::kInvalidValue, "/channel",
                         fmt::format("'{}' is written from outside, not by nets", channel_->name()),
-                        "a channel that is declared with writer \"net\"");
+                        "Declare the channel with writer \"net\"");
     }
     return diagnostics;
   }

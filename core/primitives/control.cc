@@ -45,7 +45,7 @@ class Pid final : public Primitive {
 
   Diagnostics prepare() override {
     Diagnostics diagnostics;
-    if (lower_ > upper_) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "lower <= upper");
+    if (lower_ > upper_) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "Keep lower <= upper");
     if (tracking_time_ == 0.0)
       tracking_time_ = derivative_time_ > 0.0 ? std::sqrt(integral_time_ * derivative_time_) : integral_time_;
     return diagnostics;

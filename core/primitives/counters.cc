@@ -44,10 +44,10 @@ class UpDownCounter final : public Primitive {
 
   Diagnostics prepare() override {
     Diagnostics diagnostics;
-    if (lower_ > upper_) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "lower <= upper");
+    if (lower_ > upper_) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "Keep lower <= upper");
     if (initial_ < lower_ || initial_ > upper_)
       diagnostics.error(Code::kOutOfRange, "/initial", "initial is outside [lower, upper]",
-                        "a count that may be reached");
+                        "Choose a count that can be reached");
     return diagnostics;
   }
 

@@ -131,7 +131,7 @@ class DifferentialInverseKinematics final : public Primitive {
     if (diagnostics.has_errors() || kinematics_.arm == nullptr) return diagnostics;
     const int n = kinematics_.arm->joint_count();
     if (seed_.size != 0 && seed_.size != n)
-      diagnostics.error(Code::kWrongSize, "/seed", "wrong number of joints", "one number per joint of the arm");
+      diagnostics.error(Code::kWrongSize, "/seed", "wrong number of joints", "Give one number per joint of the arm");
     follower_.emplace(kinematics_.arm->description().limits, bounds_);
     stop_time_ = motion::longest_stop(kinematics_.arm->description().limits);
     return diagnostics;

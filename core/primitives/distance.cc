@@ -51,7 +51,7 @@ class PairReader {
       add(named(json[i][0], i, 0, diagnostics), named(json[i][1], i, 1, diagnostics), pairs);
     if (pairs.empty() && !diagnostics.has_errors())
       diagnostics.error(Code::kInvalidValue, "/pairs", "no two bodies that can come nearer to each other",
-                        "bodies that are neither fixed to each other nor joined by one joint");
+                        "Name bodies that are neither fixed to each other nor joined by one joint");
     return pairs;
   }
 
@@ -152,7 +152,7 @@ class SmallestDistance final : public Primitive {
   void find_arms() {
     const auto& known = solids_->shapes().arms;
     const bool list = arms_.is_array() && !arms_.empty() && arms_.size() <= kMostArms;
-    if (!list) return diagnostics_.error(Code::kWrongSize, "/arms", "no list of arms", "names of 1 to 4 arms");
+    if (!list) return diagnostics_.error(Code::kWrongSize, "/arms", "no list of arms", "Give the names of 1 to 4 arms");
     for (std::size_t i = 0; i < arms_.size(); ++i) {
       const std::string name = arms_[i].is_string() ? arms_[i].get<std::string>() : std::string();
       const auto arm = known.find(name);
@@ -163,7 +163,7 @@ class SmallestDistance final : public Primitive {
                            nearest_choice(name, names));
       } else if (i > 0 && !q_[i].bound()) {
         diagnostics_.error(Code::kUnlinkedInput, "/arms" + pointer_segment(i),
-                           fmt::format("nothing feeds the joints of '{}'", name), fmt::format("'q_{}'", i + 1));
+                           fmt::format("nothing feeds the joints of '{}'", name), fmt::format("Feed 'q_{}'", i + 1));
       } else {
         mechanisms_.push_back(&arm->second.joints);
       }
@@ -193,7 +193,7 @@ class SmallestDistance final : public Primitive {
       const auto gripper = shapes.grippers.find(name);
       if (gripper == shapes.grippers.end() || !width.is_number()) {
         diagnostics_.error(Code::kInvalidValue, "/placed/fingers" + pointer_segment(name), "no width of a gripper",
-                           "m, of a gripper of the cell");
+                           "Give the width of a gripper of the cell, m");
         continue;
       }
       for (const int joint : gripper->second) state_.q[static_cast<std::size_t>(joint)] = 0.5 * width.get<double>();

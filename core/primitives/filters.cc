@@ -199,7 +199,8 @@ class Biquad final : public SecondOrder {
   Diagnostics prepare() override {
     Diagnostics diagnostics;
     const bool stable = std::abs(c_.a2) < 1.0 && std::abs(c_.a1) < 1.0 + c_.a2;
-    if (!stable) diagnostics.error(Code::kOutOfRange, "/a1", "the filter is not stable", "|a2| < 1 and |a1| < 1 + a2");
+    if (!stable)
+      diagnostics.error(Code::kOutOfRange, "/a1", "the filter is not stable", "Keep |a2| < 1 and |a1| < 1 + a2");
     return diagnostics;
   }
 
@@ -280,7 +281,7 @@ class Integrator final : public Primitive {
     Diagnostics diagnostics;
     if (!(lower_ <= initial_ && initial_ <= upper_))
       diagnostics.error(Code::kOutOfRange, "/initial", "initial is outside [lower, upper]",
-                        "lower <= initial <= upper");
+                        "Keep lower <= initial <= upper");
     return diagnostics;
   }
 

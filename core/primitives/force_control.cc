@@ -196,9 +196,9 @@ class ForceController final : public Primitive {
     Diagnostics diagnostics;
     if (release_ >= touch_)
       diagnostics.error(Code::kOutOfRange, "/release_force", "not below contact_force",
-                        "release_force < contact_force");
+                        "Keep release_force < contact_force");
     if (approach_ > velocity_max_)
-      diagnostics.error(Code::kOutOfRange, "/approach_velocity", "above velocity_max", "at most velocity_max");
+      diagnostics.error(Code::kOutOfRange, "/approach_velocity", "above velocity_max", "Choose at most velocity_max");
     return diagnostics;
   }
 

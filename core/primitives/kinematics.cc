@@ -95,7 +95,7 @@ class LinkKinematics final : public Primitive {
     path_ = links == nullptr ? nullptr : links->find(link_);
     if (path_ == nullptr)
       diagnostics.error(Code::kUnknownName, "/link", fmt::format("arm '{}' moves no link '{}'", arm_->name(), link_),
-                        links == nullptr ? "another arm" : nearest_choice(link_, links->names()));
+                        links == nullptr ? "Name another arm" : nearest_choice(link_, links->names()));
     return diagnostics;
   }
 
@@ -152,7 +152,7 @@ class InverseKinematics final : public Primitive {
     Diagnostics diagnostics = need_chain(arm_, true);
     if (diagnostics.has_errors() || arm_ == nullptr) return diagnostics;
     if (seed_.size != 0 && seed_.size != arm_->joint_count())
-      diagnostics.error(Code::kWrongSize, "/seed", "wrong number of joints", "one number per joint of the arm");
+      diagnostics.error(Code::kWrongSize, "/seed", "wrong number of joints", "Give one number per joint of the arm");
     return diagnostics;
   }
 

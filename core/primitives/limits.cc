@@ -14,7 +14,7 @@ using namespace net;
 /// An error unless lower <= upper.
 Diagnostics check_order(double lower, double upper) {
   Diagnostics diagnostics;
-  if (lower > upper) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "lower <= upper");
+  if (lower > upper) diagnostics.error(Code::kOutOfRange, "/lower", "lower is above upper", "Keep lower <= upper");
   return diagnostics;
 }
 

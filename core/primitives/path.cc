@@ -59,7 +59,7 @@ Diagnostics read_path(const nlohmann::ordered_json& json, P& path) {
   }
   Diagnostics diagnostics;
   diagnostics.error(Code::kInvalidValue, "/path/kind", "this primitive follows another kind of path",
-                    "use the primitive of that kind");
+                    "Use the primitive of that kind");
   return diagnostics;
 }
 

@@ -79,7 +79,7 @@ class PathClock final : public Primitive {
   [[nodiscard]] Diagnostics lasts_otherwise(double law_s) const {
     Diagnostics diagnostics;
     diagnostics.error(Code::kInvalidValue, "/law", fmt::format("the law lasts {} s, the clock {} s", law_s, duration_),
-                      "the same duration");
+                      "Give both the same duration");
     return diagnostics;
   }
   static PortSpec begin(std::string_view unit, std::string_view doc) {

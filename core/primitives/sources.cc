@@ -156,7 +156,7 @@ class UniformNoise final : public Noise {
         high_(setup.parameter<Real>("high", {.unit = "u", .doc = "all are below", .example = "1.0"})) {}
   Diagnostics prepare() override {
     Diagnostics diagnostics;
-    if (low_ > high_) diagnostics.error(Code::kOutOfRange, "/low", "low is above high", "low <= high");
+    if (low_ > high_) diagnostics.error(Code::kOutOfRange, "/low", "low is above high", "Keep low <= high");
     return diagnostics;
   }
 

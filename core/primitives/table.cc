@@ -50,7 +50,7 @@ class Table final : public Primitive {
   Diagnostics prepare() override {
     Diagnostics diagnostics = points_.read(curve_);
     if (!diagnostics.has_errors() && curve_.dimension() != 1)
-      diagnostics.error(Code::kWrongSize, "/points/0", "more than one value", "[input, value]");
+      diagnostics.error(Code::kWrongSize, "/points/0", "more than one value", "Give one pair [input, value]");
     return diagnostics;
   }
 

@@ -162,7 +162,7 @@ Diagnostics ControlCore::Impl::bind(NetEntry& entry) {
         Code::kOverBudget, "",
         fmt::format("the net costs about {:.1f} us a cycle, the running ones {:.1f} us; the budget is {:.1f} us",
                     1e-3 * entry.cost_ns, 1e-3 * load, 1e-3 * budget),
-        "a smaller net, or fewer at one time");
+        "Make the net smaller, or run fewer at one time");
   return diagnostics;
 }
 
@@ -187,7 +187,7 @@ void ControlCore::Impl::bind_states(NetEntry& entry, Diagnostics& diagnostics) c
   for (auto& [place, wanted] : states) {
     const bool agree = std::ranges::all_of(wanted, [&](const std::string& one) { return one == wanted.front(); });
     if (const auto why = resources.at(place).actuator->conflict(wanted))
-      diagnostics.error(Code::kConflict, "", *why, "a net for each, or one state for all");
+      diagnostics.error(Code::kConflict, "", *why, "Make a net for each, or use one state for all");
     if (agree && !wanted.front().empty()) entry.needs.push_back({place, wanted.front()});
   }
 }
@@ -204,7 +204,7 @@ std::vector<NetEntry::DeclaredSeam> ControlCore::Impl::bind_seams(const NetEntry
       diagnostics.error(Code::kUnknownName, where + "/device",
                         fmt::format("the net does not drive '{}'", seams[i].device));
     } else if (const auto why = resources[place].actuator->seam_mismatch(seams[i].seam, seams[i].seam)) {
-      diagnostics.error(Code::kNotPossibleNow, where, std::string(why->view()), "a set point of this device");
+      diagnostics.error(Code::kNotPossibleNow, where, std::string(why->view()), "Feed a set point of this device");
     } else {
       bound.push_back({place, seams[i].seam});
     }
@@ -365,7 +365,7 @@ Result<device::Channel*> ControlCore::declare(const device::ChannelDescription& 
   auto channel = device::Channel::make(description);
   Diagnostics diagnostics = channel ? Diagnostics{} : std::move(channel.error());
   if (impl_->devices.find(description.name) != nullptr)
-    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' exists already", description.name), "another name");
+    diagnostics.error(Code::kDuplicate, "/name", fmt::format("'{}' exists already", description.name), "Rename it");
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return &add(std::move(*channel));
 }

@@ -22,7 +22,7 @@ void check_cooperation(const net::CompiledNet& net, std::span<device::Arm* const
       diagnostics.error(Code::kConflict, "",
                         fmt::format("one net drives '{}' and '{}', which are not among the arms that cooperate",
                                     first->name(), (*arm)->name()),
-                        "a group of cooperating arms that has both, or a net for each");
+                        "Name a group of cooperating arms that has both, or make a net for each");
     }
   }
 }

@@ -129,8 +129,9 @@ void NetTable::compile_or_throw(NetEntry& entry, const net::NetDescription& desc
     entry.diagnostics = compiled ? bind_(entry) : std::move(compiled.error());
   } catch (...) {
     // Of a plug-in, most likely: the net is refused like any other that cannot be.
-    entry.diagnostics.error(Code::kInternal, "", fmt::format("internal: {}", exception_text()),
-                            fmt::format("while doing: load net {} ('{}')", entry.id, description.name));
+    entry.diagnostics.error(
+        Code::kInternal, "", fmt::format("internal: {}", exception_text()),
+        fmt::format("Report it: this happened while net {} ('{}') was loaded", entry.id, description.name));
   }
   const NetState state = entry.diagnostics.has_errors() ? NetState::kRejected : NetState::kReady;
   entry.state.store(state, std::memory_order_release);
@@ -140,7 +141,7 @@ Result<NetId> NetTable::load(const net::NetDescription& description, const LoadO
   const std::shared_ptr<NetEntry> entry = reserve(options);
   if (entry == nullptr)
     return failure(Code::kTooLarge, "", fmt::format("no room for another net ({} are loaded)", slots_.size()),
-                   "unload some first");
+                   "Unload some first");
   compile(*entry, description);
   if (entry->state == NetState::kReady) {
     publish(*entry);
@@ -162,7 +163,7 @@ NetId NetTable::load_async(net::NetDescription description, const LoadOptions& o
     // No thread can be had: the net is compiled by nobody.
     jobs_.pop_back();
     entry->diagnostics.error(Code::kSystem, "", fmt::format("no thread to load net {}: {}", entry->id, error.what()),
-                             "load it with load()");
+                             "Load it with load()");
     entry->state.store(NetState::kRejected, std::memory_order_release);
   }
   wake_.notify_one();

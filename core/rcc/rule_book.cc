@@ -154,7 +154,7 @@ bool RuleBook::try_otherwise(Entry& entry, const net::Text& refusal, std::int64_
 bool RuleBook::is_due(const Entry& entry, std::int64_t cycle) const {
   if (entry.later_since >= 0) return true;
   if (entry.refused_in < 0) return holds(entry.rule.condition);
-  return executor_.can_rest(entry.rule.otherwise) || cycle - entry.refused_in >= Rule::kPatience;
+  return executor_.can_rest(entry.rule.otherwise) || cycle - entry.refused_in >= Rule::kAnswerTimeout;
 }
 
 bool RuleBook::carry_out(Entry& entry, std::int64_t cycle) {
@@ -168,7 +168,7 @@ bool RuleBook::carry_out(Entry& entry, std::int64_t cycle) {
   const bool may_wait = refusal && refusal->later && transaction.end.size == 0;
   if (!refusal) {
     executor_.carry_out(transaction, cycle);
-  } else if (may_wait && (entry.later_since < 0 || cycle - entry.later_since < Rule::kPatience)) {
+  } else if (may_wait && (entry.later_since < 0 || cycle - entry.later_since < Rule::kAnswerTimeout)) {
     if (entry.later_since < 0) entry.later_since = cycle;
     executor_.prepare(transaction);
     return false;

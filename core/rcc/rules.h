@@ -98,13 +98,13 @@ struct Condition {
 
 /// A synchronisation rule: in the first cycle in whose snapshot the condition holds, the transaction is carried out,
 /// wholly or not at all, and the rule is gone. A refusal is an event with its reason. A start that lacks only a change
-/// of control mode at standstill asks for the change and waits for it, at most kPatience cycles.
+/// of control mode at standstill asks for the change and waits for it, at most kAnswerTimeout cycles.
 /// A rule may bring a second transaction for the case that the first one is refused, because a seam does not fit or
 /// for any other reason (row L3), or that its condition can never hold any more. It is carried out as soon as all
-/// devices of the nets that it starts are at rest and held by nobody; if that takes longer than kPatience cycles,
+/// devices of the nets that it starts are at rest and held by nobody; if that takes longer than kAnswerTimeout cycles,
 /// counted from the end of the nets that the rule is about, it is refused too.
 struct Rule {
-  static constexpr std::int64_t kPatience = 10'000;
+  static constexpr std::int64_t kAnswerTimeout = 10'000;
 
   Condition condition = {};
   Transaction action;

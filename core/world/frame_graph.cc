@@ -10,31 +10,32 @@ namespace takt::world {
 Diagnostics FrameGraph::add(const std::string& name, const std::string& parent, const Eigen::Isometry3d& X_PF) {
   if (!contains(name)) return set(name, parent, X_PF);
   Diagnostics diagnostics;
-  diagnostics.error(Code::kDuplicate, {}, fmt::format("a frame named '{}' exists already", name), "each name once");
+  diagnostics.error(Code::kDuplicate, {}, fmt::format("a frame named '{}' exists already", name), "Use each name once");
   return diagnostics;
 }
 
 Diagnostics FrameGraph::set(const std::string& name, const Relation& relation) {
   Diagnostics diagnostics;
   const std::string& parent = relation.parent;
-  if (name.empty()) diagnostics.error(Code::kMissing, {}, "a frame without a name", "a name of its own");
+  if (name.empty()) diagnostics.error(Code::kMissing, {}, "a frame without a name", "Give it a name of its own");
   if (name == kWorld)
-    diagnostics.error(Code::kInvalidName, {}, "the frame 'world' is the root and cannot be placed", "another name");
+    diagnostics.error(Code::kInvalidName, {}, "the frame 'world' is the root and cannot be placed",
+                      "Choose another name");
   if (!contains(parent)) {
     diagnostics.error(Code::kUnknownName, {}, fmt::format("there is no frame '{}'", parent),
                       nearest_choice(parent, names()));
   } else if (depends_on(parent, name)) {
     diagnostics.error(Code::kInvalidValue, {},
                       fmt::format("frame '{}' cannot be its own ancestor through '{}'", name, parent),
-                      "a parent that does not hang on it");
+                      "Choose a parent that is not mounted on it");
   }
   if (!relation.X_PF.matrix().allFinite()) {
     diagnostics.error(Code::kInvalidValue, {}, fmt::format("the pose of frame '{}' is not finite", name),
-                      "finite numbers");
+                      "Give finite numbers");
   }
   if (relation.moves() && relation.source.empty()) {
     diagnostics.error(Code::kMissing, {}, fmt::format("frame '{}' moves, but nothing says where it is", name),
-                      "the name of its source");
+                      "Give the name of its source");
   }
   if (!diagnostics.empty()) return diagnostics;
   relations_[name] = relation;
@@ -61,7 +62,7 @@ void FrameGraph::see(std::string_view name, const Eigen::Isometry3d& X_PF) {
   if (found != relations_.end() && found->second.moves()) found->second.X_seen = X_PF;
 }
 
-void FrameGraph::see_arm(std::string_view arm, LinkPoses X_BL) {
+void FrameGraph::update_arm_frames(std::string_view arm, LinkPoses X_BL) {
   const auto found = arms_.find(arm);
   if (found != arms_.end())
     found->second = std::move(X_BL);
@@ -112,12 +113,12 @@ Result<Eigen::Isometry3d> FrameGraph::along(const std::vector<std::string_view>&
     const Relation& relation = *this->relation(path[i]);
     if (relation.kind == Relation::Kind::kUnknown) {
       return failure(Code::kUnknownPose, {}, fmt::format("it is not known where '{}' is", path[i]),
-                     "a frame whose pose is known, or a measurement of this one before");
+                     "Choose a frame whose pose is known, or measure this one before");
     }
     const auto X_seen = relation.moves() ? seen(relation) : relation.X_PF;
     if (!X_seen) {
       return failure(Code::kInvalidValue, {}, fmt::format("frame '{}' moves with '{}'", path[i], relation.source),
-                     "a frame that does not, or a sensor");
+                     "Choose a frame that does not, or use a sensor");
     }
     X = *X_seen * X;
   }

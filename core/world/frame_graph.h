@@ -29,8 +29,8 @@ struct Relation {
   Eigen::Isometry3d X_PF = Eigen::Isometry3d::Identity();  ///< m
   std::string source = {};
   std::string link = {};  ///< of kLink only
-  /// Of one that moves, unless the graph has seen the arm that it rides on (FrameGraph::see_arm): the frame in its
-  /// parent when it was looked at last (FrameGraph::see); none: not yet.
+  /// Of one that moves, unless the graph has seen the arm that it rides on (FrameGraph::update_arm_frames): the frame
+  /// in its parent when it was looked at last (FrameGraph::see); none: not yet.
   std::optional<Eigen::Isometry3d> X_seen = {};
 
   [[nodiscard]] bool rides_on_arm() const { return kind == Kind::kFlange || kind == Kind::kLink; }
@@ -61,7 +61,7 @@ class FrameGraph {
   /// nothing: nobody knows where. It is asked as often as pose() needs it until the arm is seen again, also by copies
   /// of the graph: it owns what it needs.
   using LinkPoses = std::function<std::optional<Eigen::Isometry3d>(const std::string& link)>;
-  void see_arm(std::string_view arm, LinkPoses X_BL);
+  void update_arm_frames(std::string_view arm, LinkPoses X_BL);
 
   [[nodiscard]] bool contains(std::string_view name) const;
   /// How a frame hangs on its parent; null for the world and for frames that are not there.

@@ -77,7 +77,7 @@ Result<PoseFit> fit_pose(const Object& object, const std::vector<Contact>& conta
     return failure(
         Code::kWrongSize, {},
         fmt::format("{} contacts for {} free coordinates of '{}'", contacts.size(), free.size(), object.name),
-        "at least one contact a coordinate");
+        "Use at least one contact a coordinate");
   }
   const Problem problem(object, contacts, X_RO_nominal, free);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(free.size()));
@@ -102,7 +102,7 @@ Result<PoseFit> fit_pose(const Object& object, const std::vector<Contact>& conta
   }
   if (const std::string name = undetermined(problem.jacobian(x), free); !name.empty()) {
     return failure(Code::kNoContact, {}, fmt::format("the contacts do not determine '{}' of '{}'", name, object.name),
-                   "touch a face that this coordinate moves, or take it out of the free ones");
+                   "Touch a face that this coordinate moves, or take it out of the free ones");
   }
   fit.X_RO = problem.pose(x);
   fit.rms_residual = contacts.empty() ? 0.0 : std::sqrt(r.squaredNorm() / static_cast<double>(contacts.size()));
@@ -110,7 +110,8 @@ Result<PoseFit> fit_pose(const Object& object, const std::vector<Contact>& conta
     return failure(Code::kNoContact, {},
                    fmt::format("the best pose of '{}' misses the contacts by {:.3g} mm (rms)", object.name,
                                1e3 * fit.rms_residual),
-                   fmt::format("at most {:.3g} mm", 1e3 * max_residual));
+                   fmt::format("Touch again so that it misses by at most {:.3g} mm, or check which faces were touched",
+                               1e3 * max_residual));
   }
   return fit;
 }

@@ -87,7 +87,7 @@ bool is_interface_name(std::string_view text) {
 Result<std::unique_ptr<CanLink>> open_socket_can(const std::string& interface) {
   const auto failed = [&](const char* what) {
     return failure(Code::kSystem, "", fmt::format("{} '{}': {}", what, interface, std::strerror(errno)),
-                   fmt::format("ip link set {} up type can bitrate 1000000", interface));
+                   fmt::format("Run ip link set {} up type can bitrate 1000000", interface));
   };
   const int descriptor = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
   if (descriptor < 0) return failed("no CAN socket for");

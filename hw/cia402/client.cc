@@ -172,7 +172,7 @@ device::ArmPacket Client::packet() const {
 
 /// At the instant of this cycle.
 device::JointVector Client::told_now() const {
-  const Told& told = told_[static_cast<std::size_t>(cycle_) % told_.size()];
+  const ReportedState& told = told_[static_cast<std::size_t>(cycle_) % told_.size()];
   if (enabled_ && told.cycle == cycle_) return told.q;
   device::JointVector held(static_cast<Eigen::Index>(axes_.size()));
   for (std::size_t i = 0; i < axes_.size(); ++i) held[static_cast<Eigen::Index>(i)] = axes_[i].held;

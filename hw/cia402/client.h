@@ -90,7 +90,7 @@ class Client {
     double held = 0.0;     // rad: where it is told to be while nothing moves
   };
   /// Where the drives are told to be at an instant.
-  struct Told {
+  struct ReportedState {
     std::int64_t cycle = -1;
     device::JointVector q;
   };
@@ -120,7 +120,7 @@ class Client {
   // The device's side.
   std::vector<Axis> axes_;
   std::vector<DriveOutputs> outputs_;
-  std::array<Told, 4> told_;
+  std::array<ReportedState, 4> told_;
   std::int64_t cycle_ = -1;
   int resets_seen_ = 0;
   bool enabled_ = false;   // all drives, in the cycle before

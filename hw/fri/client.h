@@ -101,7 +101,7 @@ class Client {
     device::Compliance compliance;
     Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
   };
-  struct Seen {
+  struct ObservedState {
     std::uint16_t sequence = 0;
     std::int64_t cycle = 0;  // counted on over wraps
     Joints q = Joints::Zero(), dq = Joints::Zero();
@@ -145,7 +145,7 @@ class Client {
 
   // The device's side.
   Supervisor supervisor_;
-  Seen seen_;
+  ObservedState seen_;
   Endpoint controller_;
   Nanoseconds heard_ = 0;  // machine time
   int resets_seen_ = 0;

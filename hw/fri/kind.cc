@@ -53,9 +53,10 @@ void read_address(ObjectReader& reader, FriSettings& settings) {
 Diagnostics refuse_convention(const std::string& krl) {
   Diagnostics diagnostics;
   if (std::ranges::find(driver_conventions(), krl) == driver_conventions().end()) {
-    diagnostics.error(
-        Code::kUnsupported, "/krl", fmt::format("the driver does not speak with the KRL program '{}'", krl),
-        fmt::format("it speaks with {}; 'takt emulate' knows the others", fmt::join(driver_conventions(), ", ")));
+    diagnostics.error(Code::kUnsupported, "/krl",
+                      fmt::format("the driver does not speak with the KRL program '{}'", krl),
+                      fmt::format("Load a program that speaks {}; 'takt emulate' knows the others",
+                                  fmt::join(driver_conventions(), ", ")));
   }
   return diagnostics;
 }

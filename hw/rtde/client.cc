@@ -160,7 +160,7 @@ bool Client::check_words(const SetupReply& reply, const FieldTable& table, const
     if (field == nullptr || reply.words[i] != name_of(field->type)) complain_about(reply.words[i], field, names[i]);
   }
   if (reply.id == 0 && !problems_.has_errors())
-    problems_.error(Code::kIncompatible, {}, "the controller refuses the list of fields", "see its log");
+    problems_.error(Code::kIncompatible, {}, "the controller refuses the list of fields", "See its log");
   return true;
 }
 
@@ -168,17 +168,17 @@ void Client::complain_about(std::string_view word, const Field* field, const std
   if (word == kInUse) {
     problems_.error(
         Code::kConflict, {}, fmt::format("another client writes the input '{}'", name),
-        "end that client (a field bus claims registers as well), or use the other half: registers=lower or upper");
+        "End that client (a field bus claims registers as well), or use the other half: registers=lower or upper");
   } else if (word == kNotFound) {
     const Version since = field == nullptr ? Version{} : version_.major >= 5 ? field->since_e : field->since_cb3;
     problems_.error(
         Code::kUnknownName, {}, fmt::format("the controller ({}) has no field '{}'", to_string(version_), name),
         since.major > 0
-            ? fmt::format("it came with {}: update the controller, or use registers=lower", to_string(since))
+            ? fmt::format("Update the controller (the field came with {}), or use registers=lower", to_string(since))
             : std::string("this series does not have it"));
   } else {
     problems_.error(Code::kTypeMismatch, {}, fmt::format("the controller says that '{}' is {}", name, word),
-                    field != nullptr ? fmt::format("expected {}", name_of(field->type)) : std::string());
+                    field != nullptr ? fmt::format("Make it {}", name_of(field->type)) : std::string());
   }
 }
 

@@ -273,13 +273,13 @@ void Driver::check_answer(const DashboardClient::Answer& answer) {
     // Old software does not know the question.
     const bool knows = !answer.text.starts_with("could not understand");
     if (knows && !answer.text.starts_with(options_.model))
-      problems.error(Code::kIncompatible, {}, fmt::format("the robot is a {}", answer.text),
-                     fmt::format("the scenario has a {}: give the address of that robot, or the model of this one",
-                                 options_.model));
+      problems.error(
+          Code::kIncompatible, {}, fmt::format("the robot is a {}", answer.text),
+          fmt::format("Give the address of a {}, or put the model of this robot into the scenario", options_.model));
     model_known_ = true;
   } else if (answer.command == "is in remote control" && answer.text == "false") {
     problems.error(Code::kNotPossibleNow, {}, "the controller is not in remote control",
-                   "switch it to remote control on the pendant, upper right");
+                   "Switch it to remote control on the pendant, upper right");
   }
   if (problems.has_errors()) refuse(problems);
 }
@@ -313,7 +313,7 @@ void Driver::receive() {
       Diagnostics problems;
       problems.error(
           Code::kIncompatible, {}, fmt::format("the controller has software {}", to_string(client_.version())),
-          options_.e_series ? "for a CB3 controller leave series=e out" : "for an e-Series controller say series=e");
+          options_.e_series ? "Leave series=e out for a CB3 controller" : "Say series=e for an e-Series controller");
       return refuse(problems);
     }
     program_.version = client_.version();

@@ -93,7 +93,7 @@ Result<Socket> open_socket(int type, const Endpoint& local) {
   Socket socket(::socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const auto failed = [&](const char* what) {
     return failure(Code::kSystem, "", fmt::format("{} at {}: {}", what, to_string(local), error_text(errno)),
-                   "a free port, and an address of this machine");
+                   "Choose a free port, and an address of this machine");
   };
   if (!socket.valid()) return failed("no socket can be opened");
   // A listener that ended a moment ago must not keep its port.
@@ -269,7 +269,7 @@ Result<std::unique_ptr<StreamLink>> PosixNetwork::connect(const Endpoint& remote
   const int connected = ::connect(socket.get(), generic(address), sizeof(address));
   if (connected != 0 && errno != EINPROGRESS && errno != EINTR) {
     return failure(Code::kSystem, "", fmt::format("no connection to {}: {}", to_string(remote), error_text(errno)),
-                   "the controller's address, and a route to it");
+                   "Check the controller's address, and the route to it");
   }
   const auto state = connected == 0 ? StreamLink::State::kOpen : StreamLink::State::kConnecting;
   return std::make_unique<PosixStream>(std::move(socket), state, remote);

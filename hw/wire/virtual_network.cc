@@ -240,14 +240,14 @@ VirtualNetwork::~VirtualNetwork() = default;
 Result<std::unique_ptr<DatagramLink>> VirtualNetwork::open_datagrams(const Endpoint& local) {
   const Endpoint opened = hub_->open_inbox(local);
   if (opened.port == 0)
-    return failure(Code::kConflict, "", fmt::format("{} is in use", to_string(local)), "a free port");
+    return failure(Code::kConflict, "", fmt::format("{} is in use", to_string(local)), "Choose a free port");
   return std::make_unique<Datagrams>(hub_, opened);
 }
 
 Result<std::unique_ptr<StreamListener>> VirtualNetwork::listen(const Endpoint& local) {
   const Endpoint opened = hub_->open_listener(local);
   if (opened.port == 0)
-    return failure(Code::kConflict, "", fmt::format("{} is in use", to_string(local)), "a free port");
+    return failure(Code::kConflict, "", fmt::format("{} is in use", to_string(local)), "Choose a free port");
   return std::make_unique<Listener>(hub_, opened);
 }
 

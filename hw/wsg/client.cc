@@ -13,11 +13,11 @@ namespace {
 using device::GripperState;
 
 constexpr Nanoseconds kRetry = 500 * kMillisecond;    // between two attempts to connect
-constexpr Nanoseconds kPatience = kSecond;            // for an answer of the set-up
+constexpr Nanoseconds kAnswerTimeout = kSecond;       // for an answer of the set-up
 constexpr Nanoseconds kHomingTime = 60 * kSecond;     // the slowest speed over the longest stroke takes half of it
 constexpr Nanoseconds kSilence = 200 * kMillisecond;  // and ten updates: the connection is taken to be broken
 constexpr double kAtWidth = 3e-4;                     // m: nearer than this the fingers are where they are wanted
-constexpr double kLostWay = 1.5e-3;                   // m: farther than pads give way, what was met is gone
+constexpr double kPartLostDistance = 1.5e-3;          // m: farther than pads give way, what was met is gone
 constexpr double kSameStroke = 1e-3;                  // m: strokes that differ by more are of different grippers
 constexpr std::size_t kMostNews = 64;
 
@@ -94,7 +94,7 @@ void Client::lose(Nanoseconds now, const std::string& why) {
   if (sample_.sequence > 0) publish(now);
 }
 
-void Client::look_after_connection(Nanoseconds now) {
+void Client::service_connection(Nanoseconds now) {
   switch (link_.state()) {
     case ByteLink::State::kConnecting:
       if (now - next_try_ > kRetry) link_.close();
@@ -116,7 +116,7 @@ void Client::look_after_connection(Nanoseconds now) {
 
 /// After what has come was taken: a process that slept for a while finds it all at once.
 void Client::watch_silence(Nanoseconds now) {
-  const Nanoseconds patience = step_ == Step::kHome ? kHomingTime : kPatience;
+  const Nanoseconds patience = step_ == Step::kHome ? kHomingTime : kAnswerTimeout;
   if (step_ == Step::kRunning && now - heard_at_ > std::max(kSilence, 10 * options_.update))
     return lose(now, "silence");
   if (step_ > Step::kIdle && step_ < Step::kRunning && now - asked_at_ > patience) lose(now, "no answer");
@@ -158,7 +158,7 @@ void Client::go_on(Step step, Nanoseconds now) {
 
 void Client::poll() {
   const Nanoseconds now = clock_.now();
-  look_after_connection(now);
+  service_connection(now);
   link_.receive([this](std::string_view bytes) { parser_.feed(bytes); });
   while (step_ != Step::kIdle) {
     const auto packet = parser_.next();
@@ -358,7 +358,7 @@ void Client::begin_motion(Nanoseconds now) {
   const double way = wanted_.width - width_;
   const bool held = holds();
   // Another force on the same part: the limit is all there is to it.
-  const bool presses_on = held && std::abs(way) > kLostWay && way * (current_.width - width_) > 0.0;
+  const bool presses_on = held && std::abs(way) > kPartLostDistance && way * (current_.width - width_) > 0.0;
   current_ = wanted_;
   if (presses_on) {
     answered_ = current_.sequence;
@@ -399,7 +399,7 @@ GripperState Client::state() {
   if (motion_ || stopping_ || !settled_ || interrupted_) return GripperState::kMoving;
   if (blocked_) {
     if (!pressed_at_) pressed_at_ = width_;
-    part_lost_ = part_lost_ || std::abs(width_ - *pressed_at_) > kLostWay;
+    part_lost_ = part_lost_ || std::abs(width_ - *pressed_at_) > kPartLostDistance;
     return part_lost_ ? GripperState::kLost : GripperState::kHolding;
   }
   switch (grasp_) {

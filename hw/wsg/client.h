@@ -89,7 +89,7 @@ class Client {
     kFailed
   };
 
-  void look_after_connection(Nanoseconds now);
+  void service_connection(Nanoseconds now);
   void connect(Nanoseconds now);
   void watch_silence(Nanoseconds now);
   void lose(Nanoseconds now, const std::string& why);

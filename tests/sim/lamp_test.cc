@@ -36,7 +36,7 @@ WorldDescription two_cubes() {
 }
 
 World made(const WorldDescription& description) {
-  auto world = World::create(description, [](mjSpec& spec) { dress_stage(&spec, {}); });
+  auto world = World::create(description, [](mjSpec& spec) { add_scene_props(&spec, {}); });
   if (!world) throw std::runtime_error(world.error().to_string());
   return std::move(*world);
 }

@@ -23,7 +23,7 @@ inline ModelPtr compile_scene(const std::string& bodies, const StageOptions* sta
   const std::unique_ptr<mjSpec, decltype(&mj_deleteSpec)> spec(
       mj_parseXMLString(xml.c_str(), nullptr, error, sizeof(error)), &mj_deleteSpec);
   if (!spec) throw std::runtime_error(error);
-  if (stage != nullptr) dress_stage(spec.get(), *stage);
+  if (stage != nullptr) add_scene_props(spec.get(), *stage);
   ModelPtr model(mj_compile(spec.get(), nullptr), &mj_deleteModel);
   if (!model) throw std::runtime_error(mjs_getError(spec.get()));
   return model;

@@ -90,12 +90,13 @@ Result<MeshFile> read_collada(const std::filesystem::path& file) {
   if (scene == nullptr)
     return failure(Code::kSyntax, "", fmt::format("it cannot be read: {}", importer.GetErrorString()));
   if (const std::size_t count = triangles_in(*scene); count > kMostTriangles)
-    return failure(Code::kTooLarge, "", fmt::format("{} triangles", count), fmt::format("at most {}", kMostTriangles));
+    return failure(Code::kTooLarge, "", fmt::format("{} triangles", count),
+                   fmt::format("Keep it to at most {}", kMostTriangles));
   Triangles all;
   MeshFile mesh{{}, ".obj", 0, {}};
   for (unsigned i = 0; i < scene->mNumMeshes; ++i)
     if (!append(*scene->mMeshes[i], all, mesh.box))
-      return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "finite numbers, at most 1e6");
+      return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "Give finite numbers of at most 1e6");
   mesh.triangles = all.faces.size();
   mesh.content = obj_of(all);
   const auto groups = by_colour(*scene);

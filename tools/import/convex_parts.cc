@@ -104,7 +104,7 @@ Result<std::vector<Triangles>> convex_parts(const Triangles& mesh, const SplitOp
   if (closed && solid_figures(mesh).volume >= kConvex * solid_figures(*hull).volume) return std::vector{*hull};
   const Coacd& coacd = Coacd::get();
   if (!coacd.usable())
-    return failure(Code::kNotFound, "", "the library that splits meshes is not there", "a build with the network up");
+    return failure(Code::kNotFound, "", "the library that splits meshes is not there", "Build with the network up");
   std::vector<double> points;
   for (const Eigen::Vector3d& p : mesh.points) points.insert(points.end(), {p.x(), p.y(), p.z()});
   std::vector<int> corners;
@@ -118,7 +118,8 @@ Result<std::vector<Triangles>> convex_parts(const Triangles& mesh, const SplitOp
   for (std::uint64_t i = 0; i < found.count; ++i)
     if (auto part = hull_of(copy(found.meshes[i]))) parts.push_back(std::move(*part));  // not one without a volume
   coacd.free(found);
-  if (parts.empty()) return failure(Code::kInvalidValue, "", "no convex part was found", "a closed surface");
+  if (parts.empty())
+    return failure(Code::kInvalidValue, "", "no convex part was found", "Close the surface of the mesh");
   return parts;
 }
 

@@ -143,10 +143,11 @@ Diagnostics check(const ObjectOptions& options) {
   std::error_code error;
   if (!fs::is_regular_file(options.mesh, error))
     diagnostics.error(Code::kFileNotReadable, "--mesh", fmt::format("there is no file '{}'", options.mesh.string()),
-                      "a mesh, .stl or .obj");
+                      "Name a mesh, .stl or .obj");
   const auto limit = [&](const char* option, double value, double low, double high) {
     if (!(value >= low && value <= high))
-      diagnostics.error(Code::kOutOfRange, option, fmt::format("{:g}", value), fmt::format("{:g} to {:g}", low, high));
+      diagnostics.error(Code::kOutOfRange, option, fmt::format("{:g}", value),
+                        fmt::format("Choose {:g} to {:g}", low, high));
   };
   limit("--scale", options.scale, 1e-6, 1e3);
   limit("--mass", options.mass.value_or(1.0), 1e-6, 1e5);

@@ -49,11 +49,11 @@ Result<Draft> read_draft(const ImportOptions& options) {
     tree = kinematics::scan_xml(*text);
     if (!tree) return std::unexpected(tree.error());
   } else if (!options.xacro.empty()) {
-    return failure(Code::kRequires, "--xacro", "the file is a plain URDF", "a xacro file");
+    return failure(Code::kRequires, "--xacro", "the file is a plain URDF", "Give a xacro file");
   }
   if (tree->elements.front().name != "robot") {
     return failure(Code::kSyntax, fmt::format("line {}", tree->elements.front().line),
-                   fmt::format("the root element is <{}>", tree->elements.front().name), "<robot>");
+                   fmt::format("the root element is <{}>", tree->elements.front().name), "Begin with <robot>");
   }
   Draft draft;
   draft.robot = node_of(*tree);
@@ -124,7 +124,7 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const Workshop& 
     return failure(Code::kInvalidValue, "",
                    fmt::format("between '{}' and '{}' there are {} movable joints", draft.base, draft.flange,
                                chain->joint_count()),
-                   "3 to 12 for an arm");
+                   "Choose links with 3 to 12 joints between them for an arm");
   }
   nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
   if (!options.title.empty()) device["title"] = options.title;

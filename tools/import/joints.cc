@@ -224,7 +224,7 @@ void guess_flange(Draft& draft) {
     if (tip.better_than(best)) best = tip;
   }
   if (best.link.empty()) {
-    draft.diagnostics.error(Code::kInvalidValue, "", "no joint moves", "a URDF of an arm");
+    draft.diagnostics.error(Code::kInvalidValue, "", "no joint moves", "Give the URDF of an arm");
     return;
   }
   draft.flange = best.link;
@@ -324,7 +324,7 @@ void drop_unwanted(Draft& draft) {
     }
     if (draft.joint_above(top) == nullptr || (!draft.flange.empty() && below(draft, draft.flange, top))) {
       draft.diagnostics.error(Code::kInvalidValue, "--without", fmt::format("'{}' is not beside the arm", top),
-                              "a link that does not carry the flange");
+                              "Name a link that does not carry the flange");
       continue;
     }
     const std::size_t count = drop_links(draft, links_below(draft, top));
@@ -346,7 +346,7 @@ void check_tree(Draft& draft) {
   for (const Node* joint : draft.robot.all("joint")) {
     if (children.insert(child_of(*joint)).second) continue;
     draft.diagnostics.error(Code::kDuplicate, "", fmt::format("link '{}' has a second parent", child_of(*joint)),
-                            "a robot is a tree");
+                            "Break the loop: a robot is a tree");
   }
   for (const Node* start : draft.robot.all("link")) {
     std::set<std::string> seen;
@@ -357,7 +357,7 @@ void check_tree(Draft& draft) {
     }
     if (link != start->text("name") || !seen.contains(link)) continue;
     draft.diagnostics.error(Code::kInvalidValue, "", fmt::format("the joints form a loop through link '{}'", link),
-                            "a robot is a tree");
+                            "Break the loop: a robot is a tree");
     return;
   }
 }

@@ -33,7 +33,7 @@ std::string lower(std::string text) {
 
 std::unexpected<Diagnostics> too_many(std::size_t triangles) {
   return failure(Code::kTooLarge, "", fmt::format("{} triangles", triangles),
-                 fmt::format("at most {}", kMostTriangles));
+                 fmt::format("Keep it to at most {}", kMostTriangles));
 }
 
 /// Numbers with a decimal point, whatever the locale of the program.
@@ -61,7 +61,7 @@ Result<MeshFile> binary_stl(std::string content) {
       Corner corner;
       std::memcpy(corner.data(), mesh.content.data() + kHeader + t * kTriangle + 12 + 12 * k, sizeof corner);
       if (!extend(mesh.box, corner))
-        return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "finite numbers, at most 1e6");
+        return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "Give finite numbers of at most 1e6");
     }
   }
   return mesh;
@@ -114,7 +114,7 @@ Result<MeshFile> read_obj(std::string content) {
       Corner corner;
       const bool whole = static_cast<bool>(row >> corner[0] >> corner[1] >> corner[2]);
       if (!whole || !extend(mesh.box, corner))
-        return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "finite numbers, at most 1e6");
+        return failure(Code::kOutOfRange, "", "a vertex is not a finite point", "Give finite numbers of at most 1e6");
     } else if (word == "f") {
       std::size_t corners = 0;
       while (row >> word) ++corners;
@@ -168,7 +168,7 @@ Result<MeshFile> read_mesh(const fs::path& file) {
   if (extension != ".stl" && extension != ".obj" && extension != ".dae") {
     return failure(Code::kUnsupported, "",
                    fmt::format("{} is not read", extension.empty() ? "a file without extension" : extension),
-                   ".stl, .obj or .dae");
+                   "Use .stl, .obj or .dae");
   }
   std::error_code error;
   if (const auto bytes = fs::file_size(file, error); !error && bytes > kMostBytes) return too_many(bytes / 400);

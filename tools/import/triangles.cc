@@ -81,7 +81,7 @@ Result<Triangles> of_obj(const std::string& content) {
         const int corner = corner_of(word, points.size());
         if (corner < 0)
           return failure(Code::kOutOfRange, fmt::format("line {}", number),
-                         fmt::format("there is no corner '{}'", word), fmt::format("1 to {}", points.size()));
+                         fmt::format("there is no corner '{}'", word), fmt::format("Choose 1 to {}", points.size()));
         corners.push_back(points[static_cast<std::size_t>(corner)]);
       }
       for (std::size_t k = 2; k < corners.size(); ++k) builder.face({corners[0], corners[k - 1], corners[k]});

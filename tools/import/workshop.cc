@@ -48,10 +48,10 @@ Diagnostics check_new_model(const fs::path& models, const std::string& name) {
                      name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
   if (!valid)
     diagnostics.error(Code::kInvalidName, "NAME", fmt::format("invalid model name '{}'", name),
-                      "a-z, 0-9, _, a letter first");
+                      "Use a-z, 0-9 and _, a letter first");
   if (fs::exists(models / name, error))
     diagnostics.error(Code::kDuplicate, "--out", fmt::format("'{}' exists already", (models / name).string()),
-                      "another name, or remove it");
+                      "Choose another name, or remove it");
   return diagnostics;
 }
 

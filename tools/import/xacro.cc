@@ -150,7 +150,7 @@ std::string last_line(const std::string& text) {
 
 std::unexpected<Diagnostics> not_there(const std::string& why) {
   return failure(Code::kNotFound, "--urdf", "xacro cannot be run: " + why,
-                 "python3 and python3-yaml; or a file that was expanded where ROS is installed");
+                 "Install python3 and python3-yaml, or give a file that was expanded where ROS is installed");
 }
 
 Diagnostics check_arguments(const XacroOptions& options) {
@@ -158,7 +158,7 @@ Diagnostics check_arguments(const XacroOptions& options) {
   for (const std::string& argument : options.arguments) {
     if (argument.find(":=") == std::string::npos || argument.starts_with(":="))
       diagnostics.error(Code::kInvalidValue, "--xacro", fmt::format("'{}' is not NAME:=VALUE", argument),
-                        "--xacro prefix:=left_");
+                        "Write it as in --xacro prefix:=left_");
   }
   return diagnostics;
 }
@@ -178,10 +178,11 @@ Result<std::string> expand_xacro(const fs::path& file, const XacroOptions& optio
   const std::string why = last_line(said ? *said : std::string());
   if (WIFSIGNALED(status))
     return failure(Code::kTooLarge, "--urdf", fmt::format("xacro was ended by signal {}", WTERMSIG(status)),
-                   "a file that is expanded in 30 s and 2 GiB");
+                   "Give a file that is expanded within 30 s and 2 GiB");
   if (WEXITSTATUS(status) == kMissing) return not_there(why);
   if (WEXITSTATUS(status) != 0)
-    return failure(Code::kInvalidValue, "--urdf", "xacro: " + why, "--packages DIR for $(find), --xacro NAME:=VALUE");
+    return failure(Code::kInvalidValue, "--urdf", "xacro: " + why,
+                   "Give --packages DIR for $(find), --xacro NAME:=VALUE");
   return read_file(out->path(), kinematics::kMaxXmlBytes);
 }
 

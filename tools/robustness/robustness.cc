@@ -74,12 +74,12 @@ Spread spread_of(std::vector<double> values) {
 }
 
 std::size_t ExpectationSpread::passed() const {
-  return static_cast<std::size_t>(std::ranges::count(judged, true, &Judged::passed));
+  return static_cast<std::size_t>(std::ranges::count(judged, true, &JudgedRun::passed));
 }
 
 Spread ExpectationSpread::spread() const {
   std::vector<double> values;
-  for (const Judged& one : judged)
+  for (const JudgedRun& one : judged)
     if (one.value) values.push_back(*one.value);
   return spread_of(std::move(values));
 }

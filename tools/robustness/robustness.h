@@ -18,14 +18,14 @@ struct Spread {
 
 /// What came of one expectation in all variations that judged it.
 struct ExpectationSpread {
-  struct Judged {
+  struct JudgedRun {
     std::uint64_t seed = 0;
     bool passed = false;
     std::optional<double> value;  ///< nothing: not a number
   };
   std::string name, kind, unit = {};
   std::optional<double> lower = {}, upper = {};  ///< bounds, in `unit`
-  std::vector<Judged> judged = {};               ///< by seed
+  std::vector<JudgedRun> judged = {};            ///< by seed
 
   [[nodiscard]] std::size_t passed() const;
   [[nodiscard]] Spread spread() const;

@@ -19,7 +19,7 @@ Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
     if (drives) return relation->source;
   }
   return failure(Code::kRequires, "/arm", fmt::format("'{}' is not mounted on a base", arm),
-                 "an arm that is mounted \"on\" a base");
+                 "Name an arm that is mounted \"on\" a base");
 }
 
 Actuator arm_on_base(const Cell& cell, const std::string& arm) {

@@ -78,13 +78,13 @@ void check_constant(const SpringValue& value, const device::ComplianceRange& ran
   const std::string pointer = std::string("/compliance/") + value.port;
   if (numbers.size() != static_cast<std::size_t>(upper.size()))
     return diagnostics.error(Code::kWrongSize, pointer, fmt::format("{} values for '{}'", numbers.size(), arm),
-                             fmt::format("{} values", upper.size()));
+                             fmt::format("Give {} values", upper.size()));
   for (Eigen::Index i = 0; i < upper.size(); ++i) {
     const double number = numbers[static_cast<std::size_t>(i)];
     if (number >= lower[i] && number <= upper[i]) continue;  // false for NaN
     diagnostics.error(Code::kOutOfRange, fmt::format("{}/{}", pointer, i),
                       fmt::format("{:g} {} for '{}'", number, value.unit, arm),
-                      fmt::format("{:g} to {:g} {}", lower[i], upper[i], value.unit));
+                      fmt::format("Choose {:g} to {:g} {}", lower[i], upper[i], value.unit));
   }
 }
 
@@ -139,7 +139,7 @@ class Compliant final : public ActionModel {
     if (const auto other = action_->mode(); other && *other != mode_)
       diagnostics.error(Code::kConflict, {},
                         fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
-                        "one compliance");
+                        "Give one compliance");
     const auto arms = actuator.compliant_arms();
     for (const MountedArm* arm : arms)
       check_constants(values_, mode_, arm->device->description(), arm->device->name(), diagnostics);
@@ -185,7 +185,7 @@ class Compliant final : public ActionModel {
     for (const SpringValue& value : values_) {
       if (std::string_view(value.port) != "wrench" && std::string_view(value.port) != "torque") continue;
       diagnostics.error(Code::kConflict, std::string("/compliance/") + value.port,
-                        "two arms as one have stiffness only, no force", "stiffness only, or a motion of one arm");
+                        "two arms as one have stiffness only, no force", "Give a stiffness only, or move one arm");
     }
   }
 

@@ -59,7 +59,7 @@ class SetAnalog final : public ActionModel {
     if (value_ >= output.lower && value_ <= output.upper) return diagnostics;
     diagnostics.error(Code::kOutOfRange, {},
                       fmt::format("{:g} {} is not for '{}'", value_, output.unit, actuator.name()),
-                      fmt::format("{:g} to {:g} {}", output.lower, output.upper, output.unit));
+                      fmt::format("Choose {:g} to {:g} {}", output.lower, output.upper, output.unit));
     return diagnostics;
   }
 
@@ -153,7 +153,7 @@ class GripModel final : public ActionModel {
     const auto check = [&](const char* key, double value, double low, double high) {
       if (value >= low && value <= high) return;
       diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} is not for '{}'", value, actuator.name()),
-                        fmt::format("{:g} to {:g}", low, high));
+                        fmt::format("Choose {:g} to {:g}", low, high));
     };
     check("/width", width(gripper), 0.0, gripper.stroke);
     check("/speed", speed(gripper), gripper.speed_min, gripper.speed_max);

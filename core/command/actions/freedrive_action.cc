@@ -27,12 +27,14 @@ constexpr double kStanding = 1e-9;
 
 void check_positive(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
   if (std::isfinite(value) && value > 0.0) return;
-  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("above 0 {}", unit));
+  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit),
+                    fmt::format("Give more than 0 {}", unit));
 }
 
 void check_from_zero(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
   if (std::isfinite(value) && value >= 0.0) return;
-  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit), fmt::format("from 0 {}", unit));
+  diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit),
+                    fmt::format("Choose 0 {} or more", unit));
 }
 
 void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& parameters) {
@@ -240,7 +242,7 @@ class NoFreedrive final : public ActionModel {
     diagnostics.error(Code::kConflict, {},
                       fmt::format("C8: '{}' cannot be guided by hand: it has no force sensing (control modes: {})",
                                   actuator.name(), modes),
-                      "an arm with the mode joint_impedance, or with a force/torque sensor on its flange");
+                      "Name an arm with the mode joint_impedance, or with a force/torque sensor on its flange");
     return diagnostics;
   }
 };

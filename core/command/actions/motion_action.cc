@@ -86,7 +86,7 @@ class PlannedModel final : public ActionModel {
   }
   [[nodiscard]] const PlannedMotion* planned_motion() const override { return &motion_; }
   [[nodiscard]] double duration() const override { return motion_.motion->duration(); }
-  [[nodiscard]] Left left_in_motion() const override {
+  [[nodiscard]] BlendOut left_in_motion() const override {
     if (!motion_.leaving || motion_.clock_outputs.time.empty() || motion_.partner) return {};
     return {.motion = &motion_, .abort_handlers = motion_.leaving->abort_handlers};
   }
@@ -204,7 +204,7 @@ class ArmMotion : public MotionModel {
                                                                 const Places& q_start) const override {
     if (actuator.joint())
       return failure(Code::kInvalidValue, {}, fmt::format("C8: {} is not for '{}'", name(), actuator.name()),
-                     "ptp() with a goal of one number");
+                     "Use ptp() with a goal of one number");
     return planned_from(*actuator.arm(), actuator.devices().front(), q_start, planner_);
   }
 
@@ -250,7 +250,7 @@ class PtpMotion final : public ArmMotion {
                                                                 const Places& q_start) const override {
     if (actuator.joint() && q_goal_.size() != 1)
       return failure(Code::kWrongSize, {}, fmt::format("a goal of {} joints for '{}'", q_goal_.size(), actuator.name()),
-                     "one number");
+                     "Give one number");
     const auto planner = [&](const MountedArm& arm, const JointVector& q) {
       const motion::ArmModel model = planning_model(arm, parameters_.X_FM);
       return alone(motion::plan_ptp(model.chain, model.limits, q, goal(actuator, q), options_of(model, parameters_)));
@@ -332,7 +332,8 @@ Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& parameters)
   return motion_action("LIN", parameters, [parameters, X_BM_goal](const MountedArm& arm, const JointVector& q) {
     const motion::ArmModel model = planning_model(arm, parameters.X_FM);
     if (!model.inverse)
-      return Result<motion::SequencePlan>(failure(Code::kRequires, {}, "the arm has no inverse kinematics", "a PTP"));
+      return Result<motion::SequencePlan>(
+          failure(Code::kRequires, {}, "the arm has no inverse kinematics", "Use a PTP"));
     return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q, X_BM_goal, {},
                                   options_of(model, parameters)));
   });
@@ -362,7 +363,7 @@ Action sequence(std::vector<SequencePart> parts) {
                        [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
                          if (parts.empty())
                            return Result<motion::SequencePlan>(
-                               failure(Code::kMissing, {}, "a sequence without motions", "one at least"));
+                               failure(Code::kMissing, {}, "a sequence without motions", "Give at least one"));
                          std::vector<motion::LegMaker> makers;
                          for (const SequencePart& part : parts) makers.push_back(with_parameters(part));
                          return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
@@ -383,7 +384,7 @@ Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
   for (const std::string& device : node.actuator->model().devices()) {
     if (begin->at(device).size() == 0)
       diagnostics.error(Code::kNotPossibleNow, {}, fmt::format("the position of '{}' is not known yet", device),
-                        "a cycle of the core before");
+                        "Let the core run a cycle before");
   }
   if (diagnostics.has_errors()) return diagnostics;
   auto planned = action.plan(node.actuator->model(), *begin);

@@ -40,12 +40,12 @@ struct PlannedMotion {
   } clock_outputs = {};
   std::optional<PlannedPartner> partner = {};
   /// How far before its goal another motion may go on with it. It shows its clock then.
-  struct Leaving {
+  struct BlendWindow {
     motion::Blend blend = {};
     std::optional<State> abort_if = {};  ///< must not hold on what is left of it
     int abort_handlers = 0;              ///< its first event handlers, which cancel it where that holds
   };
-  std::optional<Leaving> leaving = {};
+  std::optional<BlendWindow> leaving = {};
   std::optional<State> begins_there = {};  ///< must hold in its first cycle, or its net fails
 };
 [[nodiscard]] Action planned(PlannedMotion motion);

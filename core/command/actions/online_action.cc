@@ -34,7 +34,7 @@ Diagnostics check_positive(std::initializer_list<Figure> figures) {
   for (const auto& [name, value, unit] : figures) {
     if (value > 0.0 && std::isfinite(value)) continue;
     diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
-                      "above 0 and finite");
+                      "Give a number above 0, and finite");
   }
   return diagnostics;
 }
@@ -42,7 +42,7 @@ Diagnostics check_positive(std::initializer_list<Figure> figures) {
 void check_share(const char* name, double value, Diagnostics& diagnostics) {
   if (value > 0.0 && value <= 1.0) return;
   diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("a share of {:g}", value),
-                    "above 0, at most 1");
+                    "Choose a share above 0, at most 1");
 }
 
 void add_limit(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& from,
@@ -69,7 +69,7 @@ std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const
 constexpr double kShortest = 1e-9;  ///< of a direction that is none
 
 ExpressionPtr no_direction(net::ValueType type) {
-  return broken(Code::kOutOfRange, type, "a direction of no length", "a vector that is not zero");
+  return broken(Code::kOutOfRange, type, "a direction of no length", "Give a vector that is not zero");
 }
 
 class Jog final : public VelocityModel {

@@ -28,13 +28,13 @@ using Json = nlohmann::ordered_json;
 void check_is_bare(const ActionModel& motion, Diagnostics& diagnostics) {
   if (motion.planned_path().laid_over)
     diagnostics.error(Code::kConflict, {}, fmt::format("something is laid over {} already", motion.name()),
-                      "a force offset or a weave");
+                      "Lay one force offset or one weave over a motion");
 }
 
-class Woven final : public ActionModel {
+class WeavingMotion final : public ActionModel {
  public:
   /// @param plan  nothing: it is made when it is known how the motion goes
-  Woven(std::shared_ptr<const ActionModel> motion, Weaves weaves, std::optional<WeavePlan> plan)
+  WeavingMotion(std::shared_ptr<const ActionModel> motion, Weaves weaves, std::optional<WeavePlan> plan)
       : motion_(std::move(motion)), weaves_(std::move(weaves)), plan_(std::move(plan)) {}
 
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
@@ -78,7 +78,7 @@ class Woven final : public ActionModel {
       if (!made) return std::unexpected(in_place(made.error(), path));
       plan = std::move(*made);
     }
-    return std::make_shared<const Woven>(std::move(motion), weaves_, plan.value_or(WeavePlan{}));
+    return std::make_shared<const WeavingMotion>(std::move(motion), weaves_, plan.value_or(WeavePlan{}));
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
@@ -125,14 +125,14 @@ class Woven final : public ActionModel {
     if (!of_frame || motion.planned_path().motion == nullptr) {
       diagnostics.error(Code::kConflict, {},
                         fmt::format("C8: {} moves joints, so there is no Cartesian path to weave about", name()),
-                        "a Cartesian motion");
+                        "Lay it over a Cartesian motion");
       return diagnostics;
     }
     check_is_bare(motion, diagnostics);
     const std::size_t motions = motion.planned_path().handed_over.size() + 1;
     if (weaves_.size() > 1 && weaves_.size() != motions) {
       diagnostics.error(Code::kWrongSize, {}, fmt::format("{} weaves for {} motions", weaves_.size(), motions),
-                        "one for each, or one");
+                        "Give one for each, or one");
     }
     for (std::size_t i = 0; i < weaves_.size(); ++i) {
       if (!weaves_[i] || (i > 0 && weaves_[i] == weaves_[i - 1])) continue;
@@ -161,11 +161,11 @@ class Woven final : public ActionModel {
 
 /// What an offset along a direction of the moving frame may add to what the joints do on a path. The path's law and its
 /// clock keep the shares of the limits that the motion was planned with, whatever the clock does (docs/motion.md).
-class OffsetRoom {
+class OffsetBudget {
  public:
   /// @param begin  path time from which the offset is there, s
-  OffsetRoom(const MountedArm& arm, const ActionModel::PlannedPath& path,
-             const ForceOffsetControlParameters& parameters, double begin)
+  OffsetBudget(const MountedArm& arm, const ActionModel::PlannedPath& path,
+               const ForceOffsetControlParameters& parameters, double begin)
       : arm_(planning_model(arm, path.X_FM)),
         motion_(*path.motion),
         parameters_(parameters),
@@ -251,7 +251,7 @@ class OffsetRoom {
         fmt::format("the offset may need {:.3g} of the {} of {}, where the motion leaves {:.3g} (at {:.0f} % "
                     "of its time)",
                     value, what, whose, std::max(room, 0.0), 100.0 * share),
-        "a slower motion, a smaller share of its acceleration, or smaller bounds of the offset");
+        "Make the motion slower, decrease its share of the acceleration, or narrow the bounds of the offset");
   }
 
   motion::ArmModel arm_;
@@ -311,17 +311,17 @@ class ForceOffset final : public ActionModel {
     if (path.motion == nullptr || !begin_of(path)) {
       diagnostics.error(Code::kConflict, {},
                         fmt::format("C8: {} moves joints, so there is no Cartesian path to shift", name()),
-                        "a Cartesian motion");
+                        "Lay it over a Cartesian motion");
       return diagnostics;
     }
     if (!(parameters_.reach >= 0.0 && parameters_.retreat >= 0.0 && parameters_.reach + parameters_.retreat > 0.0)) {
       diagnostics.error(Code::kOutOfRange, {},
                         fmt::format("a force offset from {:g} to {:g} m", 0.0 - parameters_.retreat, parameters_.reach),
-                        "a reach and a retreat from 0, not both 0");
+                        "Give a reach and a retreat from 0, not both 0");
     }
     check_is_bare(*motion_, diagnostics);
     if (!path.laid_over && actuator.arm() != nullptr)
-      diagnostics.append(OffsetRoom(*actuator.arm(), path, parameters_, *begin_of(path)).check());
+      diagnostics.append(OffsetBudget(*actuator.arm(), path, parameters_, *begin_of(path)).check());
     return diagnostics;
   }
 
@@ -434,11 +434,11 @@ RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eig
 Action weave(const Action& motion, const WeaveParameters& parameters) { return weave_each(motion, {parameters}); }
 
 Action weave_each(const Action& motion, const Weaves& weaves) {
-  return Action(std::make_shared<const Woven>(motion.shared_model(), weaves, std::nullopt));
+  return Action(std::make_shared<const WeavingMotion>(motion.shared_model(), weaves, std::nullopt));
 }
 
 Action woven(const Action& motion, const WeavePlan& plan) {
-  return Action(std::make_shared<const Woven>(motion.shared_model(), Weaves{}, plan));
+  return Action(std::make_shared<const WeavingMotion>(motion.shared_model(), Weaves{}, plan));
 }
 
 }  // namespace takt::command

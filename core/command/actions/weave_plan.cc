@@ -151,7 +151,8 @@ class Placing {
     const auto moves = [&](const Interval& stretch) { return is_some(common(own, stretch)); };
     if (!is_some(own) || std::ranges::any_of(stretches_, moves)) return;
     diagnostics.error(Code::kConflict, pointer_segment(i),
-                      "C8: a motion of joints, so there is no Cartesian path to weave about", "a Cartesian motion");
+                      "C8: a motion of joints, so there is no Cartesian path to weave about",
+                      "Lay it over a Cartesian motion");
   }
 
   double duration_;
@@ -215,7 +216,7 @@ class WovenPath {
       if (arm_.inverse->solve(place.X_BM * X_MF_, place.held, q) != kinematics::IkStatus::kOk) {
         diagnostics.error(Code::kUnreachable, {},
                           fmt::format("the weave leads where the arm does not reach, at {:.3f} s", at),
-                          "a smaller amplitude, or another path");
+                          "Decrease the amplitude, or choose another path");
         break;
       }
       joints.add(q);
@@ -264,7 +265,7 @@ class WovenPath {
       diagnostics.error(Code::kUnreachable, {},
                         fmt::format("with the weave joint {} leaves its range, {:.4g} to {:.4g}, at {:.3f} s", i + 1,
                                     arm_.limits.lower[i], arm_.limits.upper[i], at),
-                        "a smaller amplitude, or another path");
+                        "Decrease the amplitude, or choose another path");
     }
   }
 
@@ -340,14 +341,15 @@ Diagnostics check_figures(const WeaveParameters& weave) {
   const auto check = [&](const char* name, double value, const char* unit) {
     if (value > 0.0 && std::isfinite(value)) return;
     diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
-                      "above 0 and finite");
+                      "Give a number above 0, and finite");
   };
   check("amplitude", weave.amplitude, "m");
   check("frequency", weave.frequency, "Hz");
   check("ramp", weave.ramp, "s");
   const double length = weave.direction_M.norm();
   if (!(std::abs(length - 1.0) < 1e-6))
-    diagnostics.error(Code::kOutOfRange, "/direction", fmt::format("a direction of length {:g}", length), "length 1");
+    diagnostics.error(Code::kOutOfRange, "/direction", fmt::format("a direction of length {:g}", length),
+                      "Give a vector of length 1");
   return diagnostics;
 }
 
@@ -356,9 +358,9 @@ Diagnostics check_alone(const WeaveParameters& weave, const motion::CartesianLim
   const Peaks most = most_of(limits), steady = peaks_between_ramps(weave);
   for (std::size_t k = 0; k < kWhat.size(); ++k) {
     if (steady[k] <= most[k]) continue;
-    diagnostics.error(Code::kOutOfRange, {},
-                      fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
-                      fmt::format("at most {:.3g} {}: a smaller amplitude or frequency", most[k], kWhat[k].second));
+    diagnostics.error(
+        Code::kOutOfRange, {}, fmt::format("a weave with {} of {:.3g} {}", kWhat[k].first, steady[k], kWhat[k].second),
+        fmt::format("Decrease the amplitude or the frequency: at most {:.3g} {}", most[k], kWhat[k].second));
   }
   return diagnostics;
 }

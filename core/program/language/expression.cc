@@ -95,8 +95,8 @@ bool same(const Value& a, const Value& b) {
 
 class Evaluator {
  public:
-  Evaluator(const std::string& text, const EvalContext& sight, Diagnostics& diagnostics)
-      : text_(text), sight_(sight), diagnostics_(diagnostics) {}
+  Evaluator(const std::string& text, const EvalContext& context, Diagnostics& diagnostics)
+      : text_(text), sight_(eval_context), diagnostics_(diagnostics) {}
 
   Value at(const Node& node) {
     switch (node.kind) {
@@ -344,8 +344,8 @@ bool changes(const Node& node, const command::Cell& cell) {
 
 bool Expression::changes(const command::Cell& cell) const { return activity::changes(*root_, cell); }
 
-Value Expression::evaluate(const EvalContext& sight, Diagnostics& diagnostics) const {
-  return Evaluator(text_, sight, diagnostics).at(*root_);
+Value Expression::evaluate(const EvalContext& context, Diagnostics& diagnostics) const {
+  return Evaluator(text_, eval_context, diagnostics).at(*root_);
 }
 
 }  // namespace takt::activity

@@ -91,8 +91,8 @@ Value as_text(Call& call) {
 }
 
 Value known(Call& call) {
-  return call.sight.mode == EvalContext::Mode::kCheck ? Value::unknown(Type::boolean())
-                                                      : Value::of(!call.arguments[0].null());
+  return call.eval_context.mode == EvalContext::Mode::kCheck ? Value::unknown(Type::boolean())
+                                                             : Value::of(!call.arguments[0].null());
 }
 
 Value choose(Call& call) {
@@ -167,7 +167,7 @@ Value of_list(Call& call) {
   const double value = f(numbers);
   if (std::isfinite(value)) return {type, value};
   // A rehearsal may not have filled the list.
-  if (call.sight.running()) call.errors.emplace_back("an empty list has no such number");
+  if (call.eval_context.running()) call.errors.emplace_back("an empty list has no such number");
   return Value::unknown(type);
 }
 
@@ -221,12 +221,12 @@ Value inverted(Call& call) {
 
 /// Frames that a program makes are not there when types are checked.
 Value frame(Call& call) {
-  if (!call.all_known || call.sight.mode == EvalContext::Mode::kCheck || !call.sight.cell) {
+  if (!call.all_known || call.eval_context.mode == EvalContext::Mode::kCheck || !call.eval_context.cell) {
     return Value::unknown(Type::pose());
   }
   const bool relative = call.arguments.size() > 1;
-  const auto X = call.sight.cell->frames.pose(call.arguments[0].text(),
-                                              relative ? call.arguments[1].text() : std::string("world"));
+  const auto X = call.eval_context.cell->frames.pose(call.arguments[0].text(),
+                                                     relative ? call.arguments[1].text() : std::string("world"));
   if (X) return Value::of(*X);
   for (const Diagnostic& diagnostic : X.error().list()) call.errors.push_back(diagnostic.message);
   return Value::unknown(Type::pose());
@@ -249,26 +249,27 @@ auto device_of(Call& call, const Map& devices, const char* what, std::size_t i =
 Value analog_value(Call& call, const device::AnalogInput* input) {
   const net::Dimension unit = input ? unit_dimension(input->description().unit) : net::Dimension{};
   const Value unknown = Value::unknown(input ? Type::number(unit) : Type{});
-  if (!input || !call.sight.running()) return unknown;
+  if (!input || !call.eval_context.running()) return unknown;
   const bool measured = input->has_sample() && std::isfinite(input->sample().value);
   return measured ? Value::of(input->sample().value, unit) : unknown;
 }
 
 Value input(Call& call) {
-  if (!call.sight.cell || call.arguments[0].null()) return {};
-  const auto analog = call.sight.cell->analog_inputs.find(call.arguments[0].text());
-  if (analog != call.sight.cell->analog_inputs.end()) return analog_value(call, analog->second);
-  const auto digital = device_of(call, call.sight.cell->digital_inputs, "input");
-  if (digital == call.sight.cell->digital_inputs.end() || !call.sight.running() || !digital->second->has_sample()) {
+  if (!call.eval_context.cell || call.arguments[0].null()) return {};
+  const auto analog = call.eval_context.cell->analog_inputs.find(call.arguments[0].text());
+  if (analog != call.eval_context.cell->analog_inputs.end()) return analog_value(call, analog->second);
+  const auto digital = device_of(call, call.eval_context.cell->digital_inputs, "input");
+  if (digital == call.eval_context.cell->digital_inputs.end() || !call.eval_context.running() ||
+      !digital->second->has_sample()) {
     return Value::unknown(Type::boolean());
   }
   return Value::of(digital->second->sample().value);
 }
 
 const device::Gripper* gripper_of(Call& call) {
-  if (!call.sight.cell) return nullptr;
-  const auto found = device_of(call, call.sight.cell->grippers, "gripper");
-  if (found == call.sight.cell->grippers.end() || !call.sight.running()) return nullptr;
+  if (!call.eval_context.cell) return nullptr;
+  const auto found = device_of(call, call.eval_context.cell->grippers, "gripper");
+  if (found == call.eval_context.cell->grippers.end() || !call.eval_context.running()) return nullptr;
   return found->second.device->has_sample() ? found->second.device : nullptr;
 }
 
@@ -287,16 +288,17 @@ Value holding(Call& call) {
 /// Where the tool was sent last, in the world.
 Value position(Call& call) {
   const Value unknown = Value::unknown(Type::pose());
-  if (!call.sight.cell) return unknown;
-  const auto found = device_of(call, call.sight.cell->arms, "arm");
-  if (found == call.sight.cell->arms.end() || call.sight.mode == EvalContext::Mode::kCheck) return unknown;
+  if (!call.eval_context.cell) return unknown;
+  const auto found = device_of(call, call.eval_context.cell->arms, "arm");
+  if (found == call.eval_context.cell->arms.end() || call.eval_context.mode == EvalContext::Mode::kCheck)
+    return unknown;
   kinematics::JointVector q;
-  if (call.sight.running()) {
+  if (call.eval_context.running()) {
     q = found->second.device->set_point().q;
-  } else if (call.sight.q && call.sight.q->contains(found->first)) {
-    q = call.sight.q->find(found->first)->second;
+  } else if (call.eval_context.q && call.eval_context.q->contains(found->first)) {
+    q = call.eval_context.q->find(found->first)->second;
   }
-  const auto X_WB = call.sight.cell->frames.pose(found->first);
+  const auto X_WB = call.eval_context.cell->frames.pose(found->first);
   if (q.size() == 0 || !X_WB) return unknown;
   return Value::of(Eigen::Isometry3d(*X_WB * tool_pose(found->second, q)));
 }
@@ -304,11 +306,11 @@ Value position(Call& call) {
 /// Where the last guarded motion of an arm touched.
 Value touch(Call& call) {
   const Value unknown = Value::unknown(Type::pose());
-  if (!call.sight.cell) return unknown;
-  const auto found = device_of(call, call.sight.cell->arms, "arm");
-  if (found == call.sight.cell->arms.end() || !call.sight.measured) return unknown;
-  const auto touched = call.sight.measured->touches.find(found->first);
-  if (touched == call.sight.measured->touches.end()) return unknown;
+  if (!call.eval_context.cell) return unknown;
+  const auto found = device_of(call, call.eval_context.cell->arms, "arm");
+  if (found == call.eval_context.cell->arms.end() || !call.eval_context.measured) return unknown;
+  const auto touched = call.eval_context.measured->touches.find(found->first);
+  if (touched == call.eval_context.measured->touches.end()) return unknown;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() = touched->second.p_W;
   return Value::of(X);
@@ -317,16 +319,16 @@ Value touch(Call& call) {
 Value residual(Call& call) {
   const net::Dimension metre = unit_dimension("m");
   const Value unknown = Value::unknown(Type::number(metre));
-  if (!call.sight.measured || !call.all_known) return unknown;
-  const auto found = call.sight.measured->residuals.find(call.arguments[0].text());
-  return found == call.sight.measured->residuals.end() ? unknown : Value::of(found->second, metre);
+  if (!call.eval_context.measured || !call.all_known) return unknown;
+  const auto found = call.eval_context.measured->residuals.find(call.arguments[0].text());
+  return found == call.eval_context.measured->residuals.end() ? unknown : Value::of(found->second, metre);
 }
 
 /// The last value of a monitor of a net: a number or a Boolean.
 Value monitor(Call& call) {
-  if (!call.sight.measured || !call.all_known) return {};
-  const auto net = call.sight.measured->monitors.find(call.arguments[0].text());
-  if (net == call.sight.measured->monitors.end()) return {};
+  if (!call.eval_context.measured || !call.all_known) return {};
+  const auto net = call.eval_context.measured->monitors.find(call.arguments[0].text());
+  if (net == call.eval_context.measured->monitors.end()) return {};
   const auto text = net->second.find(call.arguments[1].text());
   const auto json = text == net->second.end() ? Result<nlohmann::ordered_json>{} : parse_json(text->second);
   if (!json) return {};
@@ -338,16 +340,17 @@ Value monitor(Call& call) {
 Value contact_value(const Call& call, const net::Dimension& unit, const std::string& name,
                     const std::vector<std::string>& sensors, const std::function<command::RealSensor()>& formula) {
   std::optional<double> felt;
-  if (call.sight.readers == nullptr) {
+  if (call.eval_context.readers == nullptr) {
     felt = formula().now();
   } else {
     std::vector<command::ContactConstants> constants;
     std::string key = name;
     for (const std::string& sensor : sensors) {
-      constants.push_back(command::contact_constants(*call.sight.cell, sensor, call.sight.measured->biases));
+      constants.push_back(
+          command::contact_constants(*call.eval_context.cell, sensor, call.eval_context.measured->biases));
       key += '/' + sensor;
     }
-    felt = (*call.sight.readers)[key].now(std::move(constants), formula);
+    felt = (*call.eval_context.readers)[key].now(std::move(constants), formula);
   }
   return felt ? Value::of(*felt, unit) : Value::unknown(Type::number(unit));
 }
@@ -357,33 +360,35 @@ template <Quantity quantity>
 Value contact(Call& call) {
   const net::Dimension unit = unit_dimension(command::is_torque(quantity) ? "Nm" : "N");
   const Value unknown = Value::unknown(Type::number(unit));
-  if (!call.sight.cell) return unknown;
-  const command::Cell& cell = *call.sight.cell;
+  if (!call.eval_context.cell) return unknown;
+  const command::Cell& cell = *call.eval_context.cell;
   const auto found = device_of(call, cell.sensors, "force/torque sensor");
-  if (found == cell.sensors.end() || !call.sight.running() || !call.sight.measured) return unknown;
+  if (found == cell.sensors.end() || !call.eval_context.running() || !call.eval_context.measured) return unknown;
   const std::string& sensor = found->first;
-  return contact_value(call, unit, std::to_string(static_cast<int>(quantity)), {sensor},
-                       [&] { return command::contact_quantity(cell, sensor, quantity, call.sight.measured->biases); });
+  return contact_value(call, unit, std::to_string(static_cast<int>(quantity)), {sensor}, [&] {
+    return command::contact_quantity(cell, sensor, quantity, call.eval_context.measured->biases);
+  });
 }
 
 /// What two arms do to the part that both hold, now: the formula of the condition of this name.
 Value internal_force(Call& call) {
   const net::Dimension newton = unit_dimension("N");
   const Value unknown = Value::unknown(Type::number(newton));
-  if (!call.sight.cell) return unknown;
-  const command::Cell& cell = *call.sight.cell;
+  if (!call.eval_context.cell) return unknown;
+  const command::Cell& cell = *call.eval_context.cell;
   const auto one = device_of(call, cell.sensors, "force/torque sensor", 0);
   const auto other = device_of(call, cell.sensors, "force/torque sensor", 1);
   const bool there = one != cell.sensors.end() && other != cell.sensors.end();
-  if (!there || !call.sight.running() || !call.sight.measured) return unknown;
+  if (!there || !call.eval_context.running() || !call.eval_context.measured) return unknown;
   return contact_value(call, newton, "internal_force", {one->first, other->first}, [&] {
-    return command::internal_force(cell, one->first, other->first, call.sight.measured->biases);
+    return command::internal_force(cell, one->first, other->first, call.eval_context.measured->biases);
   });
 }
 
 Value time(Call& call) {
   const net::Dimension second = unit_dimension("s");
-  return call.sight.running() ? Value::of(to_seconds(call.sight.time), second) : Value::unknown(Type::number(second));
+  return call.eval_context.running() ? Value::of(to_seconds(call.eval_context.time), second)
+                                     : Value::unknown(Type::number(second));
 }
 
 /// The bare number, in SI units.

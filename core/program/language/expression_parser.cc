@@ -267,7 +267,7 @@ class Parser {
 
 Result<Expression> Expression::parse(std::string_view text) {
   if (text.size() > kMostCharacters) {
-    return failure(Code::kTooLarge, {}, fmt::format("an expression of {} characters", text.size()), "at most 1000");
+    return failure(Code::kTooLarge, {}, fmt::format("an expression of {} characters", text.size()), "Use at most 1000");
   }
   try {
     Expression expression;

@@ -50,9 +50,9 @@ Json number_json(double value) {
 /// Replaces expressions, walking down a piece of a file.
 class ValueTemplate::Resolver {
  public:
-  Resolver(const ValueTemplate& whole, const EvalContext& sight, command::Cell& cell, const UnitOf& unit_of,
+  Resolver(const ValueTemplate& whole, const EvalContext& context, command::Cell& cell, const UnitOf& unit_of,
            Diagnostics& diagnostics)
-      : whole_(whole), sight_(sight), cell_(cell), unit_of_(unit_of), diagnostics_(diagnostics) {}
+      : whole_(whole), sight_(eval_context), cell_(cell), unit_of_(unit_of), diagnostics_(diagnostics) {}
 
   Json resolve(const Json& json, const std::string& pointer, std::string_view key) {
     if (json.is_object()) {
@@ -112,9 +112,9 @@ class ValueTemplate::Resolver {
     const std::optional<FileUnit> wanted = unit_of_(std::string_view(pointer).substr(whole_.pointer_.size()));
     const bool bare = value.type.unit.zero();
     if (wanted && !bare && value.type.unit != wanted->dimension) {
-      diagnostics_.error(
-          Code::kUnitMismatch, pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
-          wanted->dimension.zero() ? "a number without a unit" : "a number in " + net::to_string(wanted->dimension));
+      diagnostics_.error(Code::kUnitMismatch, pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
+                         wanted->dimension.zero() ? "Give a number without a unit"
+                                                  : "Give a number in " + net::to_string(wanted->dimension));
     }
     if (value.null()) return 1;
     return number_json(bare || !wanted ? value.number() : value.number() * wanted->units_per_si);
@@ -190,9 +190,9 @@ bool ValueTemplate::depends_on_key(std::string_view key) const {
   return false;
 }
 
-ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& sight, command::Cell& cell, const UnitOf& unit_of,
+ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& context, command::Cell& cell, const UnitOf& unit_of,
                                                Diagnostics& diagnostics) const {
-  Resolver resolver(*this, sight, cell, unit_of, diagnostics);
+  Resolver resolver(*this, eval_context, cell, unit_of, diagnostics);
   auto json = std::make_shared<const Json>(resolver.resolve(*json_, pointer_, ""));
   return {std::move(json), std::move(resolver.unknown)};
 }
@@ -200,13 +200,13 @@ ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& sight, command
 namespace {
 
 /// A goal of a file as a pose in the world.
-Value place_value(const Json& json, const std::string& pointer, const EvalContext& sight, Diagnostics& diagnostics) {
+Value place_value(const Json& json, const std::string& pointer, const EvalContext& context, Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
   const std::string in = reader.text("in", "world");
   const Eigen::Isometry3d X = reader.pose();
   reader.finish();
-  if (sight.mode == EvalContext::Mode::kCheck || !sight.cell) return Value::unknown(Type::pose());
-  const auto X_WI = sight.cell->frames.pose(in);
+  if (eval_context.mode == EvalContext::Mode::kCheck || !eval_context.cell) return Value::unknown(Type::pose());
+  const auto X_WI = eval_context.cell->frames.pose(in);
   if (X_WI) return Value::of(Eigen::Isometry3d(*X_WI * X));
   diagnostics.append(X_WI.error(), pointer + "/in");
   return Value::unknown(Type::pose());
@@ -214,10 +214,10 @@ Value place_value(const Json& json, const std::string& pointer, const EvalContex
 
 }  // namespace
 
-Value ValueTemplate::value(const EvalContext& sight, Diagnostics& diagnostics) const {
+Value ValueTemplate::value(const EvalContext& context, Diagnostics& diagnostics) const {
   struct Walk {
     const ValueTemplate& whole;
-    const EvalContext& sight;
+    const EvalContext& context;
     Diagnostics& diagnostics;
 
     Value at(const Json& json, const std::string& pointer) {
@@ -239,7 +239,7 @@ Value ValueTemplate::value(const EvalContext& sight, Diagnostics& diagnostics) c
           continue;
         }
         diagnostics.error(Code::kTypeMismatch, pointer + pointer_segment(i),
-                          fmt::format("a {} in this list", to_string(given)), "elements of one type and one unit");
+                          fmt::format("a {} in this list", to_string(given)), "Use elements of one type and one unit");
       }
       return result;
     }
@@ -247,18 +247,18 @@ Value ValueTemplate::value(const EvalContext& sight, Diagnostics& diagnostics) c
       const auto expression = whole.expressions_.find(pointer);
       if (expression == whole.expressions_.end()) return Value::of(text.starts_with("$$") ? text.substr(1) : text);
       Diagnostics own;
-      Value value = expression->second.evaluate(sight, own);
+      Value value = expression->second.evaluate(eval_context, own);
       diagnostics.append(own, pointer);
       return value;
     }
     /// A goal with expressions in it is resolved first.
     Value place(const Json& json, const std::string& pointer) {
       command::Cell frames;
-      if (sight.cell) frames.frames = sight.cell->frames;
+      if (eval_context.cell) frames.frames = eval_context.cell->frames;
       const UnitOf unit_of = unit_in_pose;
-      Resolver resolver(whole, sight, frames, unit_of, diagnostics);
+      Resolver resolver(whole, eval_context, frames, unit_of, diagnostics);
       const Json resolved = resolver.resolve(json, pointer, "");
-      EvalContext inside = sight;
+      EvalContext inside = eval_context;
       inside.cell = &frames;
       Diagnostics own;
       const Value value = place_value(resolved, pointer, inside, own);
@@ -268,7 +268,7 @@ Value ValueTemplate::value(const EvalContext& sight, Diagnostics& diagnostics) c
       return resolver.unknown.empty() ? value : Value::unknown(Type::pose());
     }
   };
-  return json_ ? Walk{*this, sight, diagnostics}.at(*json_, pointer_) : Value{};
+  return json_ ? Walk{*this, eval_context, diagnostics}.at(*json_, pointer_) : Value{};
 }
 
 }  // namespace takt::activity

@@ -167,7 +167,7 @@ Case parse_case(const Json& json, const std::string& pointer, NodeParser& parser
   if (const Json* when = reader.child("when")) {
     one.when = Question::parse(*when, reader.at("when"), parser);
   } else if (json.is_object()) {
-    parser.diagnostics().error(Code::kMissing, pointer, "key 'when' is missing", "\"$...\", or a condition {...}");
+    parser.diagnostics().error(Code::kMissing, pointer, "key 'when' is missing", "Give \"$...\", or a condition {...}");
   }
   const NodeParser::Inner inner(parser);
   one.steps = parser.steps(reader, "steps");
@@ -187,7 +187,7 @@ std::unique_ptr<Node> parse_branch(const Json& json, const std::string& pointer,
       node->cases.push_back(parse_case((*cases)[i], reader.at("cases") + pointer_segment(i), parser));
     }
     if (cases->empty())
-      parser.diagnostics().error(Code::kMissing, reader.at("cases"), "no case is given", "at least one");
+      parser.diagnostics().error(Code::kMissing, reader.at("cases"), "no case is given", "Give at least one");
   }
   node->otherwise = parser.steps(reader, "else", false);
   reader.finish();

@@ -65,10 +65,11 @@ class CallRun final : public NodeRun {
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!run_) {
       if (cancelled_) return Outcome::kDone;
-      if (const Outcome ready = node_.looks(execution.context.cell) ? settle(execution, diagnostics) : Outcome::kDone;
+      if (const Outcome ready =
+              node_.needs_settled_state(execution.context.cell) ? settle(execution, diagnostics) : Outcome::kDone;
           ready != Outcome::kDone)
         return ready;
-      if (!execution.spend(node_.pointer, diagnostics) || !begin(execution, diagnostics)) return Outcome::kFailed;
+      if (!execution.charge(node_.pointer, diagnostics) || !begin(execution, diagnostics)) return Outcome::kFailed;
     }
     if (!ended_) {
       std::optional<Execution::Inside> named;  // a call without a name of its own has the program's
@@ -82,7 +83,7 @@ class CallRun final : public NodeRun {
         ready != Outcome::kDone || cancelled_)
       return ready;
     Diagnostics own;
-    node_.leave(execution.sight(scope_), parent_, own);
+    node_.leave(execution.eval_context(scope_), parent_, own);
     diagnostics.append(own);
     return own.has_errors() ? Outcome::kFailed : Outcome::kDone;
   }
@@ -105,7 +106,7 @@ class CallRun final : public NodeRun {
  private:
   bool begin(Execution& execution, Diagnostics& diagnostics) {
     Diagnostics own;
-    node_.enter(execution.sight(parent_), execution.sight(scope_), scope_, own);
+    node_.enter(execution.eval_context(parent_), execution.eval_context(scope_), scope_, own);
     diagnostics.append(own);
     if (own.has_errors()) return false;
     run_ = node_.program->body->begin(scope_);
@@ -152,12 +153,12 @@ void read_result(ObjectReader& reader, CallNode& node, NodeParser& parser) {
                                nearest_choice(node.as, parser.scope().names()));
   } else if (!node.program->result) {
     parser.diagnostics().error(Code::kRequires, reader.at("as"), fmt::format("'{}' has no result", node.program->name),
-                               "a \"result\" in that program, or no \"as\"");
+                               "Add a \"result\" to that program, or remove \"as\"");
   } else if (!accepts(variable->type, type)) {
     parser.diagnostics().error(
         Code::kTypeMismatch, reader.at("as"),
         fmt::format("'{}' is a {}, the result a {}", node.as, to_string(variable->type), to_string(type)),
-        fmt::format("a variable that is a {}", to_string(type)));
+        fmt::format("Name a variable that is a {}", to_string(type)));
   }
 }
 
@@ -181,7 +182,7 @@ std::unique_ptr<Node> parse_call(const Json& json, const std::string& pointer, N
     if (parameter.initial || (with && with->contains(parameter.name))) continue;
     parser.diagnostics().error(Code::kMissing, pointer + "/with",
                                fmt::format("parameter '{}' of '{}' is missing", parameter.name, program),
-                               "a " + to_string(parameter.type));
+                               "Give a " + to_string(parameter.type));
   }
   read_result(reader, *node, parser);
   return node;

@@ -54,13 +54,13 @@ class LeafNode final : public Node {
   }
 
   /// The steps with what their expressions are worth now. `unknown` gets expressions that are not known.
-  [[nodiscard]] std::vector<Instance> instances(const EvalContext& sight, command::Cell& cell, Diagnostics& diagnostics,
-                                                std::vector<std::string>& unknown) const {
+  [[nodiscard]] std::vector<Instance> instances(const EvalContext& context, command::Cell& cell,
+                                                Diagnostics& diagnostics, std::vector<std::string>& unknown) const {
     std::vector<Instance> result;
     if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
     for (const Part& part : parts) {
       if (step && !part.operation->is_motion) break;  // nothing is to be put in, and nothing goes on with it
-      const auto resolved = part.piece.resolve(sight, cell, part.unit_of, diagnostics);
+      const auto resolved = part.piece.resolve(eval_context, cell, part.unit_of, diagnostics);
       unknown.insert(unknown.end(), resolved.unknown.begin(), resolved.unknown.end());
       if (diagnostics.has_errors() || !unknown.empty()) return {};
       if (!step && !add(part, *resolved.json, cell, result, diagnostics)) return {};
@@ -92,11 +92,11 @@ class LeafRun final : public NodeRun {
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!begun_) {
       if (cancelled_) return Outcome::kDone;
-      const bool looks = node_.looks(execution.context.cell);
+      const bool looks = node_.needs_settled_state(execution.context.cell);
       if (const Outcome ready = looks ? settle(execution, diagnostics) : Outcome::kDone; ready != Outcome::kDone)
         return ready;
       if (!execution.may_begin(node_)) return Outcome::kRunning;
-      if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
+      if (!execution.charge(node_.pointer, diagnostics)) return Outcome::kFailed;
       if (!begin(execution, diagnostics)) return Outcome::kFailed;
     }
     while (index_ < instances_.size()) {
@@ -120,10 +120,10 @@ class LeafRun final : public NodeRun {
     begun_ = true;
     Diagnostics own;
     std::vector<std::string> unknown;
-    instances_ = node_.instances(execution.sight(scope_), execution.context.cell, own, unknown);
+    instances_ = node_.instances(execution.eval_context(scope_), execution.context.cell, own, unknown);
     for (const std::string& text : unknown) {
       own.error(Code::kNotKnownYet, node_.pointer, fmt::format("'{}' is not known yet when this step begins", text),
-                "a value before");
+                "Give it a value before");
     }
     if (own.has_errors()) diagnostics.append(own);  // the rehearsal has told the warnings
     return !own.has_errors();
@@ -136,8 +136,8 @@ class LeafRun final : public NodeRun {
       const Step& step = *instance.step;
       command::Cell& cell = execution.context.cell;
       const bool other_tool = changes_tool(cell, step.arm_tools());
-      const bool goes_on =
-          step.moved_arm() == execution.strand->open_arm() && !other_tool && step.may_go_on(execution.context.cell);
+      const bool goes_on = step.moved_arm() == execution.strand->open_arm() && !other_tool &&
+                           step.can_blend_from(execution.context.cell);
       if (const Outcome ready = goes_on ? Outcome::kDone : settle(execution, diagnostics); ready != Outcome::kDone)
         return ready;
       if (!goes_on && is_waiting_for_tool(step, cell)) return Outcome::kRunning;
@@ -201,7 +201,7 @@ class LeafRun final : public NodeRun {
   /// The step is the one that is being done as soon as what it goes on with is behind it, or over. @return false if
   /// that has failed
   bool enter_after_open(Execution& execution, const Instance& instance, Diagnostics& diagnostics) {
-    Strand& strand = *execution.strand;
+    ControlLine& strand = *execution.strand;
     if (!strand.open_arm().empty()) {
       if (run_->begun()) {
         strand.hand_over(execution);
@@ -220,7 +220,7 @@ class LeafRun final : public NodeRun {
 
   /// Where the next step may go on with this one, the program looks for it. @return kRunning: not yet
   Outcome leave_open(Execution& execution, Instance& instance) {
-    if (!entered_ || !run_->may_be_left()) return Outcome::kRunning;
+    if (!entered_ || !run_->can_blend_out()) return Outcome::kRunning;
     Json left = instance.step->left_steps();
     auto steps = std::make_shared<Json>(left.is_null() ? std::move(instance.steps) : std::move(left));
     auto frames = std::make_shared<Json>(keep_frames(*steps, execution.context.cell.frames));
@@ -276,7 +276,7 @@ bool fails_before_its_end(const Diagnostics& diagnostics) {
 void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const {
   if (!spend_rehearsal(rehearsal, *this, diagnostics)) return;
   const auto planned = [&](const std::string& arm) { return rehearsal.q[arm]; };
-  see_flanges(rehearsal.cell, planned);
+  update_flange_frames(rehearsal.cell, planned);
   Diagnostics own;
   std::vector<std::string> unknown;
   const auto made = instances(sight_of(rehearsal, scope), rehearsal.cell, own, unknown);
@@ -303,8 +303,8 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
     if (fails_before_its_end(found))
       for (const ArmTool& used : tools) rehearsal.lost.insert(used.arm);
     diagnostics.append(found);
-    if (!is_motion) lose_time(rehearsal);
-    see_flanges(rehearsal.cell, planned);
+    if (!is_motion) invalidate_timing(rehearsal);
+    update_flange_frames(rehearsal.cell, planned);
     check_told_masses(before, rehearsal, diagnostics);
   }
 }
@@ -337,7 +337,7 @@ void explain_unknown_keys(const Part& part, std::size_t first, Diagnostics& diag
 void check_form(const Part& part, NodeParser& parser) {
   Diagnostics own;
   command::Cell cell = parser.cell();
-  const auto resolved = part.piece.resolve(parser.sight(), cell, part.unit_of, own);
+  const auto resolved = part.piece.resolve(parser.eval_context(), cell, part.unit_of, own);
   parser.diagnostics().append(own);
   Diagnostics form;
   (void)part.operation->read_step({*resolved.json, part.pointer, cell, form});
@@ -366,13 +366,13 @@ std::unique_ptr<Node> parse_leaf(const Operation& operation, const Json& json, c
   for (const char* key : {"do", "name"}) {
     if (part.piece.depends_on_key(key)) {
       parser.diagnostics().error(Code::kNotKnownYet, pointer + "/" + key, fmt::format("an expression at '{}'", key),
-                                 "a text that is fixed");
+                                 "Give a text that is fixed");
     }
   }
   const std::size_t known = parser.diagnostics().list().size();
   if (part.piece.constant()) {
     command::Cell none;  // without expressions nothing is asked
-    const auto resolved = part.piece.resolve(parser.sight(), none, part.unit_of, parser.diagnostics());
+    const auto resolved = part.piece.resolve(parser.eval_context(), none, part.unit_of, parser.diagnostics());
     leaf->step = operation.read_step({*resolved.json, pointer, parser.cell(), parser.diagnostics()});
   } else {
     check_form(part, parser);

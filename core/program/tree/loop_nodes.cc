@@ -74,13 +74,13 @@ class RepeatNode final : public Node {
   }
 
   /// How often; nothing if it is not known, or with diagnostics if it is no number of rounds.
-  [[nodiscard]] std::optional<std::int64_t> rounds(const EvalContext& sight, Diagnostics& diagnostics) const {
-    const Value value = times.value(sight, diagnostics);
+  [[nodiscard]] std::optional<std::int64_t> rounds(const EvalContext& context, Diagnostics& diagnostics) const {
+    const Value value = times.value(eval_context, diagnostics);
     if (value.null()) return std::nullopt;
     const double number = value.type.kind == Type::Kind::kNumber ? value.number() : -1.0;
     if (number >= 0 && number <= 1e6 && number == std::floor(number)) return static_cast<std::int64_t>(number);
     diagnostics.error(Code::kOutOfRange, pointer + "/times", fmt::format("{} rounds", to_string(value)),
-                      "a whole number from 0 to 1000000");
+                      "Give a whole number from 0 to 1000000");
     return std::nullopt;
   }
   void declare_counter(Scope& scope) const {
@@ -116,7 +116,7 @@ class RepeatRun final : public NodeRun {
       ++round_;
       // "until" is asked after a round, "while" before one.
       asked_ = node_.kind == RepeatNode::Kind::kTimes;
-      if (!execution.spend_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
+      if (!execution.charge_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
   }
 
@@ -171,10 +171,10 @@ class RepeatRun final : public NodeRun {
 
   bool find_total(Execution& execution, Diagnostics& diagnostics) {
     Diagnostics own;
-    total_ = node_.rounds(execution.sight(scope_), own);
+    total_ = node_.rounds(execution.eval_context(scope_), own);
     if (!total_ && !own.has_errors())
       own.error(Code::kNotKnownYet, node_.pointer + "/times", "the number of rounds is not known",
-                "a value before: known(x) asks");
+                "Give it a value before: known(x) asks");
     diagnostics.append(own);
     return total_.has_value();
   }
@@ -262,12 +262,12 @@ class ForEachNode final : public Node {
   /// What the elements are made from.
   [[nodiscard]] const ValueTemplate& elements() const { return grid ? grid->place : list; }
   /// The elements; nothing if they are not known.
-  [[nodiscard]] std::optional<std::vector<Value>> values(const EvalContext& sight, Diagnostics& diagnostics) const {
+  [[nodiscard]] std::optional<std::vector<Value>> values(const EvalContext& context, Diagnostics& diagnostics) const {
     if (!grid) {
-      const Value value = list.value(sight, diagnostics);
+      const Value value = list.value(eval_context, diagnostics);
       return value.data.index() == 5 ? std::optional(value.list()) : std::nullopt;
     }
-    const Value first = grid->place.value(sight, diagnostics);
+    const Value first = grid->place.value(eval_context, diagnostics);
     std::vector<Value> poses;
     for (std::int64_t z = 0; z < grid->count[2]; ++z) {
       for (std::int64_t y = 0; y < grid->count[1]; ++y) {
@@ -318,7 +318,7 @@ class ForEachRun final : public NodeRun {
       run_.reset();
       if (outcome != Outcome::kDone) return outcome;
       ++at_;
-      if (!execution.spend_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
+      if (!execution.charge_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
   }
 
@@ -354,10 +354,10 @@ class ForEachRun final : public NodeRun {
  private:
   bool find_values(Execution& execution, Diagnostics& diagnostics) {
     Diagnostics own;
-    values_ = node_.values(execution.sight(parent_), own);
+    values_ = node_.values(execution.eval_context(parent_), own);
     if (!values_ && !own.has_errors())
       own.error(Code::kNotKnownYet, node_.pointer + "/in", "the list is not known yet",
-                "a value before: known(x) asks");
+                "Give it a value before: known(x) asks");
     const bool found = !own.has_errors();
     diagnostics.append(own);
     return found;
@@ -389,7 +389,7 @@ std::string read_variable(ObjectReader& reader, std::string_view key, bool requi
   if (!reader.has(key)) return {};
   if (!is_variable_name(name)) {
     parser.diagnostics().error(Code::kInvalidName, reader.at(key), fmt::format("invalid variable name '{}'", name),
-                               "letters, digits and _, not one of the words of expressions");
+                               "Use letters, digits and _, and none of the words of expressions");
     return {};
   }
   parser.scope().declare(name, {type, Value::unknown(type), {}});
@@ -407,11 +407,11 @@ Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser)
     grid.step[i] = steps[i];
     if (counts[i] == std::floor(counts[i])) continue;
     parser.diagnostics().error(Code::kOutOfRange, reader.at("count") + pointer_segment(i),
-                               fmt::format("{:g} grid points", counts[i]), "a whole number");
+                               fmt::format("{:g} grid points", counts[i]), "Give a whole number");
   }
   if (const double all = counts[0] * counts[1] * counts[2]; all > 1e4)
     parser.diagnostics().error(Code::kOutOfRange, reader.at("count"), fmt::format("{:g} grid points", all),
-                               "at most 10000");
+                               "Use at most 10000");
   Json place = Json::object();
   for (const char* key : {"in", "position_m", "rpy_deg", "quaternion"}) {
     if (const Json* value = reader.child(key)) place[key] = *value;
@@ -434,7 +434,8 @@ std::unique_ptr<Node> parse_repeat(const Json& json, const std::string& pointer,
   const Json* when = reader.child("while");
   const Json* until = reader.child("until");
   if ((times != nullptr) + (when != nullptr) + (until != nullptr) != 1) {
-    parser.diagnostics().error(Code::kMissing, pointer, "exactly one end is needed", "'times', 'while' or 'until'");
+    parser.diagnostics().error(Code::kMissing, pointer, "exactly one end is needed",
+                               "Give one of 'times', 'while' and 'until'");
   } else if (times) {
     const std::size_t before = parser.diagnostics().list().size();
     node->times = parser.value(*times, reader.at("times"), Type::number());
@@ -462,7 +463,7 @@ std::unique_ptr<Node> parse_for_each(const Json& json, const std::string& pointe
   const Json* list = reader.child("in");
   const Json* grid = reader.object("grid", false);
   if ((list != nullptr) == (grid != nullptr)) {
-    parser.diagnostics().error(Code::kMissing, pointer, "exactly one list is needed", "'in' or 'grid'");
+    parser.diagnostics().error(Code::kMissing, pointer, "exactly one list is needed", "Give 'in' or 'grid'");
   } else if (grid) {
     node->grid = read_grid(*grid, reader.at("grid"), parser);
     node->element = Type::pose();

@@ -16,7 +16,7 @@ constexpr std::int64_t kMostEffort = 3'000;
 
 }  // namespace
 
-bool Execution::spend(const std::string& pointer, Diagnostics& diagnostics) {
+bool Execution::charge(const std::string& pointer, Diagnostics& diagnostics) {
   const std::int64_t cycle = context.core.cycle();
   if (cycle != spent_in_cycle) {
     spent = 0;
@@ -25,7 +25,7 @@ bool Execution::spend(const std::string& pointer, Diagnostics& diagnostics) {
   ++begun;
   if (++spent <= kStepBudget) return true;
   diagnostics.error(Code::kTooLarge, pointer, fmt::format("{} steps without a single cycle between them", kStepBudget),
-                    "a wait or a motion inside the sequence");
+                    "Put a wait or a motion inside the sequence");
   return false;
 }
 
@@ -77,7 +77,7 @@ std::string messages_of(const Diagnostics& diagnostics) {
   return text;
 }
 
-EvalContext Execution::sight(const Scope& scope) const {
+EvalContext Execution::eval_context(const Scope& scope) const {
   return {.mode = EvalContext::Mode::kRun,
           .scope = &scope,
           .cell = &context.cell,
@@ -125,15 +125,16 @@ EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope) {
           .time = 0};
 }
 
-bool declare(const std::vector<Declaration>& declarations, const EvalContext& sight, Scope& scope,
+bool declare(const std::vector<Declaration>& declarations, const EvalContext& context, Scope& scope,
              Diagnostics& diagnostics) {
   Diagnostics own;
   for (const Declaration& declaration : declarations) {
     Variable variable{declaration.type, Value::unknown(declaration.type), {}};
-    if (declaration.nominal) variable.nominal = declaration.nominal->value(sight, own);
-    Value value = declaration.initial ? declaration.initial->value(sight, own) : Value::unknown(declaration.type);
+    if (declaration.nominal) variable.nominal = declaration.nominal->value(eval_context, own);
+    Value value =
+        declaration.initial ? declaration.initial->value(eval_context, own) : Value::unknown(declaration.type);
     scope.declare(declaration.name, variable);
-    scope.assign(*scope.find(declaration.name), std::move(value), sight.rehearsing());
+    scope.assign(*scope.find(declaration.name), std::move(value), eval_context.rehearsing());
   }
   const bool declared = !own.has_errors();
   diagnostics.append(own);

@@ -25,7 +25,7 @@ namespace takt::activity {
 /// How far a node has come. kStopped: a step "stop" ends the program.
 enum class Outcome { kRunning, kDone, kFailed, kStopped };
 
-class Strand;
+class ControlLine;
 struct Declaration;
 class Node;
 class NodeRun;
@@ -46,10 +46,10 @@ struct Execution {
   explicit Execution(Context& of) : context(of) {}
 
   Context& context;
-  Strand* strand = nullptr;  ///< the line of control that is being advanced
-  bool cancelled = false;    ///< the whole program: nothing follows
-  bool held = false;         ///< no step begins
-  bool single = false;       ///< a step begins only by permission
+  ControlLine* strand = nullptr;  ///< the line of control that is being advanced
+  bool cancelled = false;         ///< the whole program: nothing follows
+  bool held = false;              ///< no step begins
+  bool single = false;            ///< a step begins only by permission
   int permits = 0;
   std::vector<AskingStep> asking;  ///< in this advance, in the order of the file
   std::int64_t steps_done = 0;
@@ -60,10 +60,10 @@ struct Execution {
 
   /// Counts a step against the budget of the cycle. @return false if it is used up, with a
   /// diagnostic.
-  bool spend(const std::string& pointer, Diagnostics& diagnostics);
+  bool charge(const std::string& pointer, Diagnostics& diagnostics);
   /// The same for a round that began no step since `begun` was `mark`.
-  bool spend_round(std::int64_t mark, const std::string& pointer, Diagnostics& diagnostics) {
-    return begun != mark || spend(pointer, diagnostics);
+  bool charge_round(std::int64_t mark, const std::string& pointer, Diagnostics& diagnostics) {
+    return begun != mark || charge(pointer, diagnostics);
   }
   /// May the step begin now? Uses up a permission, or asks for one.
   bool may_begin(const Node& step);
@@ -75,10 +75,10 @@ struct Execution {
   Outcome advance_in(const std::string& name, NodeRun& run, Diagnostics& diagnostics, std::int64_t round = 0);
   /// Where in the tree something happens now: names from the root on, " / " between them; empty outside of the tree.
   [[nodiscard]] std::string path() const;
-  [[nodiscard]] EvalContext sight(const Scope& scope) const;
+  [[nodiscard]] EvalContext eval_context(const Scope& scope) const;
 
   /// A node on the way from the root to what is being advanced.
-  struct Around {
+  struct PathElement {
     const std::string* name;
     std::int64_t round;
   };
@@ -93,9 +93,9 @@ struct Execution {
     Inside& operator=(const Inside&) = delete;
 
    private:
-    std::vector<Around>& around_;
+    std::vector<PathElement>& around_;
   };
-  std::vector<Around> around;
+  std::vector<PathElement> around;
   const std::string* told = nullptr;  ///< path of the step that an event is about; null: it happens where `around` says
 };
 
@@ -198,7 +198,7 @@ class NodeParser {
   /// The key "name"; "do" is read too.
   void head(ObjectReader& reader, Node& node, std::string_view fallback);
 
-  [[nodiscard]] EvalContext sight() const;
+  [[nodiscard]] EvalContext eval_context() const;
   [[nodiscard]] const command::Cell& cell() const { return cell_; }
   Diagnostics& diagnostics() { return diagnostics_; }
   [[nodiscard]] Scope& scope() { return *scope_; }
@@ -254,7 +254,7 @@ bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagno
 /// What is wrong, in one line.
 [[nodiscard]] std::string messages_of(const Diagnostics& diagnostics);
 /// Evaluates and declares, in a run or a rehearsal. @return false with diagnostics if a value could not be found.
-bool declare(const std::vector<Declaration>& declarations, const EvalContext& sight, Scope& scope,
+bool declare(const std::vector<Declaration>& declarations, const EvalContext& context, Scope& scope,
              Diagnostics& diagnostics);
 /// Adds counts of steps, up to Node::kMostSteps.
 [[nodiscard]] std::int64_t saturated(std::int64_t times, std::int64_t count);

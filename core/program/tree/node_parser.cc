@@ -52,7 +52,7 @@ NodeParser::NodeParser(const command::Cell& cell, const Json* programs, Diagnost
     : cell_(cell), programs_json_(programs), diagnostics_(diagnostics) {}
 NodeParser::~NodeParser() = default;
 
-EvalContext NodeParser::sight() const {
+EvalContext NodeParser::eval_context() const {
   return {
       .mode = EvalContext::Mode::kCheck, .scope = scope_, .cell = &cell_, .measured = nullptr, .q = nullptr, .time = 0};
 }
@@ -93,10 +93,10 @@ ValueTemplate NodeParser::value(const Json& json, const std::string& pointer, co
   Diagnostics own;
   ValueTemplate piece = ValueTemplate::parse(json, pointer, own);
   if (!own.has_errors()) {
-    const Value value = piece.value(sight(), own);
+    const Value value = piece.value(eval_context(), own);
     if (!own.has_errors() && !accepts(wanted, value.type)) {
       own.error(Code::kWrongType, pointer, fmt::format("unexpected {}", to_string(value.type)),
-                "a " + to_string(wanted));
+                "Give a " + to_string(wanted));
     }
     if (type) *type = value.type;
   }
@@ -121,7 +121,7 @@ Declaration read_long_form(const std::string& name, const Json& json, const std:
     declaration.type = *type;
   } else if (!text.empty() || !reader.has("value")) {
     parser.diagnostics().error(Code::kInvalidValue, pointer, fmt::format("'{}' in '{}' is not a type", text, unit),
-                               "number (with a unit), boolean, text, pose, or \"list of ...\"");
+                               "Use number (with a unit), boolean, text, pose, or \"list of ...\"");
   }
   for (const char* key : {"value", "nominal"}) {
     const Json* value = reader.child(key);
@@ -145,7 +145,7 @@ std::vector<Declaration> NodeParser::declarations(ObjectReader& reader, std::str
     const std::string place = reader.at(key) + pointer_segment(name);
     if (!is_variable_name(name)) {
       diagnostics_.error(Code::kInvalidName, place, fmt::format("invalid variable name '{}'", name),
-                         "letters, digits and _, not one of the words of expressions");
+                         "Use letters, digits and _, and none of the words of expressions");
       continue;
     }
     Declaration declaration{.name = name, .type = {}, .initial = {}, .nominal = {}};
@@ -170,11 +170,11 @@ std::vector<std::string> NodeParser::block_frames(ObjectReader& reader, std::str
     if (!possible)
       diagnostics_.error(Code::kInvalidName, reader.at(key) + pointer_segment(i),
                          fmt::format("'{}' cannot be the name of a frame that ends with a block", name),
-                         "a name that the cell does not have, without '/'");
+                         "Choose a name that the cell does not have, without '/'");
     if (std::ranges::find(frames_around_, name) != frames_around_.end())
       diagnostics_.error(Code::kDuplicate, reader.at(key) + pointer_segment(i),
                          fmt::format("frame '{}' is one of this block, or of one around it", name),
-                         "a name of its own");
+                         "Give it a name of its own");
     frames_around_.push_back(name);
     frames_read_.insert(name);
   }
@@ -187,7 +187,7 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
     std::string chain;
     for (auto caller = cycle; caller != being_parsed_.end(); ++caller) chain += "'" + *caller + "' calls ";
     diagnostics_.error(Code::kInvalidValue, pointer, fmt::format("{}'{}': a program may not call itself", chain, name),
-                       "\"repeat\" for what is done again");
+                       "Use \"repeat\" for what is done again");
     return nullptr;
   }
   if (!programs_json_ || !programs_json_->is_object() || !programs_json_->contains(name)) {
@@ -209,7 +209,7 @@ std::shared_ptr<const SubProgram> NodeParser::program(const std::string& name, c
 
 std::nullptr_t NodeParser::too_deep(const std::string& pointer) {
   diagnostics_.error(Code::kTooLarge, pointer, fmt::format("calls are nested more than {} deep", kMostCalls),
-                     "fewer programs in programs");
+                     "Reduce the nesting of calls");
   return nullptr;
 }
 
@@ -245,7 +245,7 @@ void NodeParser::all_programs() {
   if (!programs_json_) return;
   if (!programs_json_->is_object()) {
     diagnostics_.error(Code::kWrongType, "/programs", "unexpected value " + short_dump(*programs_json_),
-                       "an object {...}");
+                       "Give an object {...}");
     return;
   }
   for (const auto& [name, json] : programs_json_->items()) {

@@ -79,7 +79,7 @@ class ParallelNode final : public Node {
   void conflict(const std::string& device, std::size_t a, std::size_t b, Diagnostics& diagnostics) const {
     diagnostics.error(Code::kResourceConflict, fmt::format("{}/branches/{}", pointer, b),
                       fmt::format("'{}' is driven here and in branch {} at the same time", device, a),
-                      "a device in one branch only, or the branches one after the other");
+                      "Drive the device in one branch only, or put the branches one after the other");
   }
 };
 
@@ -126,7 +126,7 @@ class ParallelRun final : public NodeRun {
     const InParallel inside(execution.context, node_.pointer);
     for (Branch& branch : branches_) {
       if (branch.outcome != Outcome::kRunning) continue;
-      const OnStrand line(execution, branch.strand);
+      const OnControlLine line(execution, branch.strand);
       Diagnostics own;
       branch.outcome = execution.advance_in(node_.name, *branch.run, own);
       diagnostics.append(own);
@@ -162,7 +162,7 @@ class ParallelRun final : public NodeRun {
         branches_[i] = {nullptr, Outcome::kDone, {}};
         continue;
       }
-      const OnStrand line(execution, branches_[i].strand);
+      const OnControlLine line(execution, branches_[i].strand);
       branches_[i].run->restore(branch, execution, diagnostics);
       branches_[i].strand.restore(state.at("open").at(i), execution, diagnostics);
     }
@@ -176,7 +176,7 @@ class ParallelRun final : public NodeRun {
   struct Branch {
     std::unique_ptr<NodeRun> run;
     Outcome outcome = Outcome::kRunning;
-    Strand strand;
+    ControlLine strand;
   };
 
   void note_end(Outcome outcome) {
@@ -188,7 +188,7 @@ class ParallelRun final : public NodeRun {
   }
   void cancel_all(Execution& execution) {
     for (Branch& branch : branches_) {
-      const OnStrand line(execution, branch.strand);
+      const OnControlLine line(execution, branch.strand);
       if (branch.run) branch.run->cancel(execution);
     }
   }
@@ -220,12 +220,12 @@ std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointe
       for (const std::string& frame : parser.take_frames()) {
         if (frames.insert(frame).second) continue;
         parser.diagnostics().error(Code::kDuplicate, branch, fmt::format("two branches have a frame '{}'", frame),
-                                   "a name of its own for each");
+                                   "Give each a name of its own");
       }
     }
     if (branches->empty() || branches->size() > kMost) {
       parser.diagnostics().error(Code::kWrongSize, reader.at("branches"), fmt::format("{} branches", branches->size()),
-                                 fmt::format("from 1 to {}", kMost));
+                                 fmt::format("Give 1 to {}", kMost));
     }
   }
   reader.finish();

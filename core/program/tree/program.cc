@@ -110,7 +110,7 @@ ProgramRunner::~ProgramRunner() {
 Progress ProgramRunner::advance() {
   if (progress_ != Progress::kRunning) return progress_;
   execution_.asking.clear();
-  see_flanges(execution_.context.cell);
+  update_flange_frames(execution_.context.cell);
   scheduler_.poll();
   const Outcome outcome = run_->advance(execution_, diagnostics_);
   scheduler_.poll();  // what was asked for just now
@@ -170,7 +170,7 @@ Diagnostics ProgramRunner::restore(const Json& snapshot) {
     strand_.restore(snapshot.value("open", Json()), execution_, diagnostics);
   } catch (const std::exception& error) {
     diagnostics.error(Code::kWrongType, {}, fmt::format("this is not a state of this program: {}", error.what()),
-                      "what snapshot() gave for the same file");
+                      "Give what snapshot() gave for the same file");
   }
   return diagnostics;
 }
@@ -191,7 +191,7 @@ Diagnostics ProgramRunner::put_back(const Json& state) {
     run_->restore(state, execution_, diagnostics);
   } catch (const std::exception& error) {
     diagnostics.error(Code::kWrongType, {}, fmt::format("this is not a state of this program: {}", error.what()),
-                      "what snapshot() gave for the same file");
+                      "Give what snapshot() gave for the same file");
   }
   return diagnostics;
 }

@@ -116,7 +116,7 @@ class ProgramRunner {
   const Program& program_;
   Scheduler scheduler_;  ///< of the motions
   Execution execution_;
-  Strand strand_;
+  ControlLine strand_;
   Scope scope_;
   std::unique_ptr<NodeRun> run_;
   Progress progress_ = Progress::kRunning;

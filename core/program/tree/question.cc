@@ -27,7 +27,7 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
     if (json.is_string() && !is_expression(json.get<std::string>())) {
       parser.diagnostics().error(Code::kSyntax, pointer,
                                  fmt::format("'{}' is not an expression", json.get<std::string>()),
-                                 "\"$...\", or a condition {...}");
+                                 "Give \"$...\", or a condition {...}");
       return question;
     }
     question.piece_ = parser.value(json, pointer, Type::boolean());
@@ -37,7 +37,7 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
   question.piece_ = ValueTemplate::parse(json, pointer, parser.diagnostics());
   Diagnostics own;
   command::Cell cell = parser.cell();
-  const auto resolved = question.piece_.resolve(parser.sight(), cell, command::unit_in_condition, own);
+  const auto resolved = question.piece_.resolve(parser.eval_context(), cell, command::unit_in_condition, own);
   parser.diagnostics().append(own);
   const auto condition = command::parse_condition(*resolved.json, pointer, parser.cell());
   if (condition) return question;
@@ -48,13 +48,13 @@ Question Question::parse(const Json& json, const std::string& pointer, NodeParse
 }
 
 std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope, Diagnostics& diagnostics) const {
-  const EvalContext sight = sight_of(rehearsal, scope);
+  const EvalContext eval_context = sight_of(rehearsal, scope);
   if (immediate_) {
-    const Value value = piece_.value(sight, diagnostics);
+    const Value value = piece_.value(eval_context, diagnostics);
     return value.null() ? std::nullopt : std::optional(value.boolean());
   }
   Diagnostics own;
-  const auto resolved = piece_.resolve(sight, rehearsal.cell, command::unit_in_condition, own);
+  const auto resolved = piece_.resolve(eval_context, rehearsal.cell, command::unit_in_condition, own);
   const auto condition = command::parse_condition(*resolved.json, piece_.pointer(), rehearsal.cell);
   if (!condition) own.append(condition.error());
   if (condition && !own.has_errors()) {
@@ -70,7 +70,7 @@ Progress QuestionRun::advance(Execution& execution, Diagnostics& diagnostics) {
   if (ready != Outcome::kDone) return ready == Outcome::kRunning ? Progress::kRunning : Progress::kFailed;
   if (question_.immediate_) {
     Diagnostics own;
-    const Value value = question_.piece_.value(execution.sight(scope_), own);
+    const Value value = question_.piece_.value(execution.eval_context(scope_), own);
     diagnostics.append(own);
     if (own.has_errors()) return Progress::kFailed;
     if (value.null()) return no_answer(diagnostics);
@@ -93,7 +93,7 @@ Progress QuestionRun::begin(Execution& execution, Diagnostics& diagnostics) {
   Context& context = execution.context;
   Diagnostics own;
   const auto resolved =
-      question_.piece_.resolve(execution.sight(scope_), context.cell, command::unit_in_condition, own);
+      question_.piece_.resolve(execution.eval_context(scope_), context.cell, command::unit_in_condition, own);
   diagnostics.append(own);
   if (own.has_errors()) return Progress::kFailed;
   if (!resolved.unknown.empty()) return no_answer(diagnostics);
@@ -113,7 +113,7 @@ Progress QuestionRun::begin(Execution& execution, Diagnostics& diagnostics) {
 Progress QuestionRun::no_answer(Diagnostics& diagnostics) const {
   diagnostics.error(Code::kConditionNotMet, question_.piece_.pointer(),
                     "this cannot be decided: a value is not known, or a sensor did not answer",
-                    "known(x) asks whether a value is there");
+                    "Ask known(x) before, whether a value is there");
   return Progress::kFailed;
 }
 

@@ -73,7 +73,8 @@ class SequenceNode final : public Node {
     for (std::size_t i = 0; i < frames.size(); ++i) {
       if (!cell.frames.contains(frames[i])) continue;
       diagnostics.error(Code::kConflict, pointer + "/frames" + pointer_segment(i),
-                        fmt::format("frame '{}' is there when the sequence begins", frames[i]), "a name of its own");
+                        fmt::format("frame '{}' is there when the sequence begins", frames[i]),
+                        "Give it a name of its own");
     }
     return diagnostics;
   }
@@ -167,7 +168,7 @@ class SequenceRun final : public NodeRun {
       ++round_;
       declared_ = false;
       end_frames(execution);
-      if (!execution.spend_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
+      if (!execution.charge_round(mark_, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
   }
 
@@ -180,7 +181,7 @@ class SequenceRun final : public NodeRun {
   bool declare_variables(Execution& execution, Diagnostics& diagnostics) {
     declared_ = true;
     mark_ = execution.begun;
-    return declare(node_.variables, execution.sight(scope_), scope_, diagnostics);
+    return declare(node_.variables, execution.eval_context(scope_), scope_, diagnostics);
   }
 
   const SequenceNode& node_;

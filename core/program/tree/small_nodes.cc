@@ -29,11 +29,11 @@ class ImmediateRun final : public NodeRun {
   ImmediateRun(const ImmediateNode& node, Scope& scope) : node_(node), scope_(scope) {}
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (cancelled_) return Outcome::kDone;
-    const bool looks = node_.looks(execution.context.cell);
+    const bool looks = node_.needs_settled_state(execution.context.cell);
     if (const Outcome ready = looks ? settle(execution, diagnostics) : Outcome::kDone; ready != Outcome::kDone)
       return ready;
     if (!execution.may_begin(node_)) return Outcome::kRunning;
-    if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
+    if (!execution.charge(node_.pointer, diagnostics)) return Outcome::kFailed;
     ++execution.steps_done;
     return node_.act(execution, scope_, diagnostics);
   }
@@ -52,9 +52,9 @@ std::unique_ptr<NodeRun> ImmediateNode::begin(Scope& scope) const {
 }
 
 /// Evaluates; the diagnostics go to `diagnostics` too. @return true if there were none.
-bool evaluate(const ValueTemplate& piece, const EvalContext& sight, Value& value, Diagnostics& diagnostics) {
+bool evaluate(const ValueTemplate& piece, const EvalContext& context, Value& value, Diagnostics& diagnostics) {
   Diagnostics own;
-  value = piece.value(sight, own);
+  value = piece.value(eval_context, own);
   diagnostics.append(own);
   return !own.has_errors();
 }
@@ -70,7 +70,7 @@ class LetNode final : public ImmediateNode {
   }
   Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const override {
     const auto tell = [&](const std::string& text) { execution.context.event("program", "let", text); };
-    return assign(execution.sight(scope), scope, diagnostics, tell) ? Outcome::kDone : Outcome::kFailed;
+    return assign(execution.eval_context(scope), scope, diagnostics, tell) ? Outcome::kDone : Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return false; }
   [[nodiscard]] bool looks(const command::Cell& cell) const override {
@@ -79,20 +79,20 @@ class LetNode final : public ImmediateNode {
 
  private:
   /// One after the other: a later one sees the earlier.
-  bool assign(const EvalContext& sight, Scope& scope, Diagnostics& diagnostics,
+  bool assign(const EvalContext& context, Scope& scope, Diagnostics& diagnostics,
               const std::function<void(const std::string&)>& tell) const {
     for (const auto& [target, piece] : values) {
       Value value;
-      if (!evaluate(piece, sight, value, diagnostics)) return false;
+      if (!evaluate(piece, eval_context, value, diagnostics)) return false;
       Variable& variable = *scope.find(target);
       if (!accepts(variable.type, value.type)) {
         diagnostics.error(
             Code::kTypeMismatch, piece.pointer(),
             fmt::format("'{}' is a {}, but the value is a {}", target, to_string(variable.type), to_string(value.type)),
-            fmt::format("a {}", to_string(variable.type)));
+            fmt::format("Give a {}", to_string(variable.type)));
         return false;
       }
-      scope.assign(variable, std::move(value), sight.rehearsing());
+      scope.assign(variable, std::move(value), eval_context.rehearsing());
       if (tell) tell(fmt::format("{} = {}", target, to_string(variable.value)));
     }
     return true;
@@ -112,7 +112,7 @@ class TextNode final : public ImmediateNode {
   }
   Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const override {
     Value value;
-    if (!evaluate(text, execution.sight(scope), value, diagnostics)) return Outcome::kFailed;
+    if (!evaluate(text, execution.eval_context(scope), value, diagnostics)) return Outcome::kFailed;
     const std::string words = to_string(value);
     if (!fails) {
       execution.context.event("program", "log", words);
@@ -163,7 +163,7 @@ class UntilRun final : public NodeRun {
       if (cancelled_) return Outcome::kDone;
       if (const Outcome ready = settle(execution, diagnostics); ready != Outcome::kDone) return ready;
       if (!execution.may_begin(node_)) return Outcome::kRunning;
-      if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
+      if (!execution.charge(node_.pointer, diagnostics)) return Outcome::kFailed;
       begun_ = execution.context.core.cycle();
       execution.enter(node_.name);
     }
@@ -180,14 +180,14 @@ class UntilRun final : public NodeRun {
  private:
   Outcome look(Execution& execution, Diagnostics& diagnostics) {
     Value value;
-    if (!evaluate(node_.until, execution.sight(scope_), value, diagnostics)) return Outcome::kFailed;
+    if (!evaluate(node_.until, execution.eval_context(scope_), value, diagnostics)) return Outcome::kFailed;
     if (cancelled_ || (!value.null() && value.boolean())) return Outcome::kDone;
     const double waited =
         static_cast<double>(execution.context.core.cycle() - begun_) * to_seconds(execution.context.core.period());
     if (!node_.timeout || waited < *node_.timeout) return Outcome::kRunning;
     diagnostics.error(Code::kTimeout, node_.pointer + "/until",
                       fmt::format("this did not hold within {:g} s", *node_.timeout),
-                      "a longer \"timeout_s\", or \"try\" around it");
+                      "Increase \"timeout_s\", or put \"try\" around it");
     return Outcome::kFailed;
   }
 
@@ -208,7 +208,7 @@ std::unique_ptr<Node> parse_text(const Json& json, const std::string& pointer, N
   if (const Json* text = reader.child("text")) {
     node->text = parser.value(*text, reader.at("text"), Type::text());
   } else {
-    parser.diagnostics().error(Code::kMissing, pointer, "key 'text' is missing", "a text, or \"$...\"");
+    parser.diagnostics().error(Code::kMissing, pointer, "key 'text' is missing", "Give a text, or \"$...\"");
   }
   reader.finish();
   return node;

@@ -12,12 +12,12 @@ namespace takt::activity {
 
 using Json = nlohmann::ordered_json;
 
-const std::string& Strand::open_arm() const {
+const std::string& ControlLine::open_arm() const {
   static const std::string kNone;
   return open_ ? open_->arm : kNone;
 }
 
-Progress Strand::advance(Execution& execution, Diagnostics& diagnostics) {
+Progress ControlLine::advance(Execution& execution, Diagnostics& diagnostics) {
   if (!open_) return Progress::kDone;
   Diagnostics own;
   const Progress progress = open_->run->advance(execution.context, own);
@@ -43,30 +43,30 @@ Outcome settle_for(Execution& execution, const std::vector<Declaration>& declara
   return std::ranges::any_of(declarations, changes) ? settle(execution, diagnostics) : Outcome::kDone;
 }
 
-Outcome Strand::settle(Outcome outcome, Execution& execution, Diagnostics& diagnostics) {
+Outcome ControlLine::settle(Outcome outcome, Execution& execution, Diagnostics& diagnostics) {
   if (outcome == Outcome::kFailed && open_) open_->run->cancel(execution.context);
   const Progress progress = advance(execution, diagnostics);
   if (progress == Progress::kRunning) return Outcome::kRunning;
   return progress == Progress::kFailed ? Outcome::kFailed : outcome;
 }
 
-void Strand::cancel(Execution& execution) {
+void ControlLine::cancel(Execution& execution) {
   if (open_ && (protected_ == 0 || execution.cancelled)) open_->run->cancel(execution.context);
 }
 
-void Strand::close(Execution& execution, std::string_view how) {
+void ControlLine::close(Execution& execution, std::string_view how) {
   if (!open_) return;
   execution.steps_done += open_->parts;
   execution.leave(open_->name, how);
   open_.reset();
 }
 
-Json Strand::state() const {
+Json ControlLine::state() const {
   if (!open_) return {};
   return {{"pointer", open_->pointer}, {"steps", *open_->steps}, {"frames", *open_->frames}};
 }
 
-void Strand::restore(const Json& state, Execution& execution, Diagnostics& diagnostics) {
+void ControlLine::restore(const Json& state, Execution& execution, Diagnostics& diagnostics) {
   if (state.is_null()) return;
   OpenStep open;
   open.pointer = state.at("pointer").get<std::string>();
@@ -117,7 +117,7 @@ Json keep_frames(Json& steps, const world::FrameGraph& frames) {
 }
 
 Outcome SettledRun::advance(Execution& execution, Diagnostics& diagnostics) {
-  Strand& strand = *execution.strand;
+  ControlLine& strand = *execution.strand;
   if (!opened_before_) opened_before_ = strand.opened();
   if (!ended_) {
     const Outcome outcome = run_->advance(execution, diagnostics_);

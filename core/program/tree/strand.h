@@ -28,7 +28,7 @@ struct OpenStep {
 
 /// One line of control: a program, or a branch of a parallel. It has at most one step that was left open. All steps but
 /// a motion that goes on with it wait for its end (docs/programs.md).
-class Strand {
+class ControlLine {
  public:
   /// The arm of the motion that was left open; empty: there is none.
   [[nodiscard]] const std::string& open_arm() const;
@@ -74,17 +74,17 @@ Outcome settle_for(Execution& execution, const std::vector<Declaration>& declara
 [[nodiscard]] nlohmann::ordered_json keep_frames(nlohmann::ordered_json& steps, const world::FrameGraph& frames);
 
 /// Advances one line of control among several.
-class OnStrand {
+class OnControlLine {
  public:
-  OnStrand(Execution& execution, Strand& strand)
+  OnControlLine(Execution& execution, ControlLine& strand)
       : execution_(execution), before_(std::exchange(execution.strand, &strand)) {}
-  ~OnStrand() { execution_.strand = before_; }
-  OnStrand(const OnStrand&) = delete;
-  OnStrand& operator=(const OnStrand&) = delete;
+  ~OnControlLine() { execution_.strand = before_; }
+  OnControlLine(const OnControlLine&) = delete;
+  OnControlLine& operator=(const OnControlLine&) = delete;
 
  private:
   Execution& execution_;
-  Strand* before_;
+  ControlLine* before_;
 };
 
 /// The run of a node that is not over before nothing of it is left open. What was left open before it may stay so.

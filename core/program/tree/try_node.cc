@@ -240,7 +240,7 @@ void read_handler(ObjectReader& parent, TryNode& node, NodeParser& parser) {
   node.as = reader.text("as", "");
   if (!node.as.empty() && !is_variable_name(node.as)) {
     parser.diagnostics().error(Code::kInvalidName, reader.at("as"), fmt::format("invalid variable name '{}'", node.as),
-                               "letters, digits and _");
+                               "Use letters, digits and _");
     node.as.clear();
   }
   if (!node.as.empty()) parser.scope().declare(node.as, {Type::text(), Value::unknown(Type::text()), {}});
@@ -261,13 +261,13 @@ std::unique_ptr<Node> parse_try(const Json& json, const std::string& pointer, No
   node->recover = parser.steps(reader, "recover", false);
   if (reader.has("recover") && node->retry == 0) {
     parser.diagnostics().error(Code::kInvalidValue, reader.at("recover"), "there is no other attempt to recover for",
-                               "\"retry\": how many more");
+                               "Add \"retry\": how many more");
   }
   read_handler(reader, *node, parser);
   node->cleanup = parser.steps(reader, "finally", false);
   if (node->retry == 0 && !node->handles && !reader.has("finally")) {
     parser.diagnostics().error(Code::kMissing, pointer, "no reaction to a failure is given",
-                               "'retry', 'on_error' or 'finally'");
+                               "Give 'retry', 'on_error' or 'finally'");
   }
   reader.finish();
   return node;

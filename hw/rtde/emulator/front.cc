@@ -86,7 +86,7 @@ bool Front::send(Client& client) const {
   out.erase(0, sent);
   if (sent > 0 || out.empty()) client.stuck_since = -1;
   if (!out.empty() && client.stuck_since < 0) client.stuck_since = controller_.time();
-  const bool stuck = client.stuck_since >= 0 && controller_.time() - client.stuck_since > kPatience;
+  const bool stuck = client.stuck_since >= 0 && controller_.time() - client.stuck_since > kAnswerTimeout;
   if (stuck || (client.session->closing() && out.empty())) return false;
   const auto state = client.link->state();
   return state == hw::StreamLink::State::kOpen || state == hw::StreamLink::State::kConnecting;

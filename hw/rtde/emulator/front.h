@@ -21,7 +21,7 @@ class Front {
   /// Connections of one port; more are closed at once.
   static constexpr std::size_t kMostClients = 32;
   /// A client that reads nothing for so long, while there is something for it, is closed.
-  static constexpr Nanoseconds kPatience = 5 * kSecond;
+  static constexpr Nanoseconds kAnswerTimeout = 5 * kSecond;
 
   /// @param host  127.0.0.1, or another address of this machine. `network` and `controller` outlive the front.
   /// @return the front, or why a port cannot be opened. Realtime: setup.

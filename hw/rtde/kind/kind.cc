@@ -130,7 +130,7 @@ void RtdeKind::read_address(ObjectReader& reader, RtdeSettings& settings) {
     reader.diagnostics().append(endpoint.error(), reader.at("address"));
   } else if (endpoint->port != kRtdePort) {
     reader.diagnostics().error(Code::kUnsupported, reader.at("address"), fmt::format("port {}", endpoint->port),
-                               "the ports of a UR controller are fixed: give its address alone");
+                               "Give its address alone: the ports of a UR controller are fixed");
   } else {
     settings.driver.host = endpoint->host;
   }

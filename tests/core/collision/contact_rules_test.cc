@@ -61,7 +61,7 @@ class ContactRulesTest : public ::testing::Test {
   }
 
   CellShapes shapes;
-  Situation situation;
+  CellState situation;
 };
 
 TEST_F(ContactRulesTest, AnArmTouchesNothing) {

@@ -16,15 +16,15 @@ class ForceValueTest : public test::ActivityTest {
   /// What the text is worth now.
   Value value(const std::string& text) {
     const Scope scope;
-    const EvalContext sight{.mode = EvalContext::Mode::kRun,
-                            .scope = &scope,
-                            .cell = &fake.cell,
-                            .measured = &variables,
-                            .q = nullptr,
-                            .time = fake.core.time()};
+    const EvalContext eval_context{.mode = EvalContext::Mode::kRun,
+                                   .scope = &scope,
+                                   .cell = &fake.cell,
+                                   .measured = &variables,
+                                   .q = nullptr,
+                                   .time = fake.core.time()};
     diagnostics = {};
     const auto expression = Expression::parse(text);
-    return expression ? expression->evaluate(sight, diagnostics) : Value{};
+    return expression ? expression->evaluate(eval_context, diagnostics) : Value{};
   }
   static std::string let(const std::string& text) {
     return R"({"do": "sequence", "variables": {"f": {"unit": "N", "nominal": 7}}, "steps": [
@@ -114,13 +114,13 @@ TEST(InternalForceValue, IsHalfTheDifferenceInTheWorld) {
   Variables variables;
   const auto value = [&](const std::string& text, Diagnostics& diagnostics) {
     const Scope scope;
-    const EvalContext sight{.mode = EvalContext::Mode::kRun,
-                            .scope = &scope,
-                            .cell = &two.cell,
-                            .measured = &variables,
-                            .q = nullptr,
-                            .time = two.core.time()};
-    return Expression::parse(text)->evaluate(sight, diagnostics);
+    const EvalContext eval_context{.mode = EvalContext::Mode::kRun,
+                                   .scope = &scope,
+                                   .cell = &two.cell,
+                                   .measured = &variables,
+                                   .q = nullptr,
+                                   .time = two.core.time()};
+    return Expression::parse(text)->evaluate(eval_context, diagnostics);
   };
   const auto push = [&](double left_N, double right_N) {
     for (const auto& [name, force] : {std::pair("left", left_N), std::pair("right", right_N)}) {

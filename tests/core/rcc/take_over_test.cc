@@ -194,7 +194,7 @@ TEST_F(TakeOverTest, L8_AStoppedPredecessorIsNotTakenOverAndTheOtherWaysSeamDeci
 
 TEST_F(TakeOverTest, L8_ItIsPatientAsLongAsThePredecessorRuns) {
   Leg slow = leg;  // longer than the patience for rest
-  slow.plan.law = leg.plan.law.stretched(1.2e-3 * rcc::Rule::kPatience / leg.plan.law.duration());
+  slow.plan.law = leg.plan.law.stretched(1.2e-3 * rcc::Rule::kAnswerTimeout / leg.plan.law.duration());
   Leg wrong = leg.rest_from(0.1);
   const NetId first = load_leg(slow, 0.1), from_rest = load_leg(Leg{PlannedLine(b, c)});
   const auto request = take_over(first, load_leg(wrong), from_rest);
@@ -202,7 +202,7 @@ TEST_F(TakeOverTest, L8_ItIsPatientAsLongAsThePredecessorRuns) {
   const auto done = answer(request);
   ASSERT_TRUE(done);
   EXPECT_EQ(done->kind, Event::Kind::kDone) << done->cause.text.view();
-  EXPECT_GT(core->cycle(), rcc::Rule::kPatience);
+  EXPECT_GT(core->cycle(), rcc::Rule::kAnswerTimeout);
   EXPECT_EQ(core->state(from_rest), NetState::kRunning);
 }
 

@@ -68,7 +68,7 @@ TEST(FrameGraph, FramesOnAnArmGoWithItsLinks) {
   ASSERT_TRUE(graph.set("camera", riding(Relation::Kind::kLink, at(0, 0.2, 0), "elbow")).empty());
   EXPECT_FALSE(graph.pose("tool").has_value()) << "nobody has looked";
   int asked = 0;
-  graph.see_arm("arm", [&](const std::string& link) -> std::optional<Eigen::Isometry3d> {
+  graph.update_arm_frames("arm", [&](const std::string& link) -> std::optional<Eigen::Isometry3d> {
     ++asked;
     return link.empty() ? std::optional(at(0, 0, 1)) : std::nullopt;
   });
@@ -77,7 +77,7 @@ TEST(FrameGraph, FramesOnAnArmGoWithItsLinks) {
   EXPECT_EQ(asked, 1);
   EXPECT_FALSE(graph.pose("camera").has_value()) << "this link is not known";
   FrameGraph copy = graph;
-  copy.see_arm("arm", [](const std::string&) { return std::optional(at(0, 0, 2)); });
+  copy.update_arm_frames("arm", [](const std::string&) { return std::optional(at(0, 0, 2)); });
   EXPECT_TRUE(copy.pose("camera")->translation().isApprox(Eigen::Vector3d(1, 0.2, 2), 1e-12));
   EXPECT_NEAR(graph.pose("tool")->translation().z(), 1.1, 1e-12);
 }

@@ -82,7 +82,7 @@ TEST(Cia402Run, ATouchThroughTheDriverIsTheSimulatedOne) {
   ASSERT_EQ(driven.report.verdict, Verdict::kPassed) << driven.report.diagnostics.to_string();
   EXPECT_LE(farthest(direct, driven), 1e-3) << "rad";
   EXPECT_LE(farthest(driven, direct), 1e-3) << "rad";
-  EXPECT_EQ(driven.report.site.realities.at("arm"), device::Reality::kEmulated);
+  EXPECT_EQ(driven.report.site.realities.at("arm"), device::BackendMode::kEmulated);
 }
 
 TEST(Cia402Run, TheSameSeedGivesTheSameDigest) {
@@ -102,10 +102,10 @@ TEST(Cia402Run, SettingsThatCannotBeAreRefused) {
   }
   Site site;
   EXPECT_TRUE(scenario::bind(site, "arm=cia402:can0").empty());
-  EXPECT_EQ(site.find("arm")->driver->reality(), device::Reality::kHardware);
+  EXPECT_EQ(site.find("arm")->driver->reality(), device::BackendMode::kHardware);
   EXPECT_TRUE(site.find("arm")->own_clock());
   EXPECT_TRUE(scenario::bind(site, "arm=cia402:127.0.0.1").empty());
-  EXPECT_EQ(site.find("arm")->driver->reality(), device::Reality::kEmulated);
+  EXPECT_EQ(site.find("arm")->driver->reality(), device::BackendMode::kEmulated);
 }
 
 TEST(Cia402Run, NodesBeyondTheLastAreRefused) {

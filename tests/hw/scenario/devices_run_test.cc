@@ -40,9 +40,9 @@ std::string not_met(const RunReport& report) {
 TEST(DevicesRun, PickMeetsItsExpectationsThroughTheDriversOfGripperAndTerminals) {
   const RunReport driven = run({"gripper=wsg", "io=modbus:virtual,cycle=5ms"});
   EXPECT_EQ(driven.verdict, Verdict::kPassed) << not_met(driven);
-  EXPECT_EQ(driven.site.realities.at("gripper"), device::Reality::kEmulated);
-  EXPECT_EQ(driven.site.realities.at("io"), device::Reality::kEmulated);
-  EXPECT_EQ(driven.site.realities.at("arm"), device::Reality::kSimulated);
+  EXPECT_EQ(driven.site.realities.at("gripper"), device::BackendMode::kEmulated);
+  EXPECT_EQ(driven.site.realities.at("io"), device::BackendMode::kEmulated);
+  EXPECT_EQ(driven.site.realities.at("arm"), device::BackendMode::kSimulated);
 }
 
 TEST(DevicesRun, PickMeetsThemWithTheArmBehindItsDriverTooOverABadWire) {
@@ -73,8 +73,8 @@ TEST(DevicesRun, SettingsThatCannotBeAreRefused) {
   Site site;
   EXPECT_TRUE(scenario::bind(site, "gripper=wsg:192.0.2.1").empty());
   EXPECT_TRUE(scenario::bind(site, "io=modbus:127.0.0.1:1502").empty());
-  EXPECT_EQ(site.find("gripper")->driver->reality(), device::Reality::kHardware);
-  EXPECT_EQ(site.find("io")->driver->reality(), device::Reality::kEmulated);
+  EXPECT_EQ(site.find("gripper")->driver->reality(), device::BackendMode::kHardware);
+  EXPECT_EQ(site.find("io")->driver->reality(), device::BackendMode::kEmulated);
   EXPECT_TRUE(site.find("io")->own_clock());
   Description description = pick();
   EXPECT_TRUE(scenario::bind(description.site, "io=modbus:virtual,digital_inputs=65530").empty());

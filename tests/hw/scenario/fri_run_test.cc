@@ -109,8 +109,8 @@ TEST(FriRun, ATouchThroughTheDriverIsTheSimulatedOne) {
     return std::vector<device::JointVector>(q.begin() + first_motion(q) - 10, q.end());
   };
   EXPECT_LE(apart(moving(direct.q), moving(fri.q), 12), 1e-3) << "rad";
-  EXPECT_EQ(fri.report.site.realities.at("arm"), device::Reality::kEmulated);
-  EXPECT_EQ(fri.report.site.realities.at("wrist"), device::Reality::kSimulated);
+  EXPECT_EQ(fri.report.site.realities.at("arm"), device::BackendMode::kEmulated);
+  EXPECT_EQ(fri.report.site.realities.at("wrist"), device::BackendMode::kSimulated);
   EXPECT_THAT(to_text(fri.report, "touch"), Names("arm EMULATED", "probe SIM", "wrist SIM"));
 }
 
@@ -164,12 +164,12 @@ TEST(FriSite, AddressesAndKeysOfTheCommandLineAreThoseOfASiteFile) {
   const Binding* robot = site.find("arm");
   ASSERT_TRUE(robot && robot->driver);
   EXPECT_TRUE(robot->own_clock());
-  EXPECT_EQ(robot->driver->reality(), device::Reality::kHardware);
+  EXPECT_EQ(robot->driver->reality(), device::BackendMode::kHardware);
   EXPECT_EQ(check_clocks(site, false).list().size(), 1u) << "row T4";
   EXPECT_TRUE(bind(site, "arm=fri:127.0.0.1").empty());
-  EXPECT_EQ(site.find("arm")->driver->reality(), device::Reality::kEmulated);
+  EXPECT_EQ(site.find("arm")->driver->reality(), device::BackendMode::kEmulated);
   EXPECT_TRUE(bind(site, "arm=fri:192.0.2.1,emulated=true").empty());
-  EXPECT_EQ(site.find("arm")->driver->reality(), device::Reality::kEmulated);
+  EXPECT_EQ(site.find("arm")->driver->reality(), device::BackendMode::kEmulated);
   EXPECT_TRUE(bind(site, "arm=fri").empty());
   EXPECT_FALSE(site.find("arm")->own_clock());
   EXPECT_TRUE(check_clocks(site, false).empty());

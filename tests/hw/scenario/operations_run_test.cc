@@ -89,7 +89,7 @@ TEST_P(OperationsRun, MeetsTheExpectationsOfTheSimulationOnTheSamePaths) {
   ASSERT_EQ(direct.report.verdict, Verdict::kPassed) << not_met(direct.report);
   ASSERT_EQ(driven.report.verdict, Verdict::kPassed) << not_met(driven.report);
   for (const std::string& arm : operation.arms) {
-    EXPECT_EQ(driven.report.site.realities.at(arm), device::Reality::kEmulated);
+    EXPECT_EQ(driven.report.site.realities.at(arm), device::BackendMode::kEmulated);
     EXPECT_LE(farthest(direct.q.at(arm), driven.q.at(arm)), 1e-3) << arm;
     EXPECT_LE(farthest(driven.q.at(arm), direct.q.at(arm)), 1e-3) << arm;
   }

@@ -85,7 +85,7 @@ TEST(RtdeRun, AMotionThroughTheDriverIsTheSimulatedOne) {
   ASSERT_EQ(driven.report.verdict, Verdict::kPassed) << driven.report.diagnostics.to_string();
   EXPECT_LE(farthest(direct, driven), 1e-3) << "rad";
   EXPECT_LE(farthest(driven, direct), 1e-3) << "rad";
-  EXPECT_EQ(driven.report.site.realities.at("arm"), device::Reality::kEmulated);
+  EXPECT_EQ(driven.report.site.realities.at("arm"), device::BackendMode::kEmulated);
 }
 
 TEST(RtdeRun, TheSameSeedGivesTheSameDigest) {

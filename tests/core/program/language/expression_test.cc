@@ -29,7 +29,7 @@ class ExpressionTest : public testing::Test {
     scope.declare("p", {Type::pose(), Value::of(X), {}});
   }
 
-  EvalContext sight(EvalContext::Mode mode = EvalContext::Mode::kRun) const {
+  EvalContext eval_context(EvalContext::Mode mode = EvalContext::Mode::kRun) const {
     return {.mode = mode, .scope = &scope, .cell = &cell, .measured = &measured, .q = nullptr, .time = 2 * kSecond};
   }
   Value value(const std::string& text, EvalContext::Mode mode = EvalContext::Mode::kRun) {
@@ -39,7 +39,7 @@ class ExpressionTest : public testing::Test {
       return {};
     }
     Diagnostics diagnostics;
-    const Value result = expression->evaluate(sight(mode), diagnostics);
+    const Value result = expression->evaluate(eval_context(mode), diagnostics);
     errors = diagnostics;
     return result;
   }
