@@ -84,10 +84,6 @@ class DeviceFile {
   PlantDescription plant_;
 };
 
-/// Pose of link `to` in link `from`; both belong to one rigid model (or all joints are at zero).
-[[nodiscard]] Eigen::Isometry3d pose_between(const kinematics::RobotModel& robot, const std::string& from,
-                                             const std::string& to);
-
 /// Key "cycle_ms"; default 1 ms.
 [[nodiscard]] Nanoseconds read_cycle(ObjectReader& reader);
 
