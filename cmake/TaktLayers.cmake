@@ -116,9 +116,10 @@ function(takt_link_whole target)
   target_link_libraries(${target} PRIVATE ${ARGN})
 endfunction()
 
-# takt_tests(<folder with / as _> <libraries...> [ALONE <files...>]): one test program from every .cc in this folder.
+# takt_tests(<folder with / as _> <libraries...> [FAST] [ALONE <files...>]): one test program from every .cc in this
+# folder. FAST: it takes a few seconds at most, and belongs to './takt test --fast'.
 function(takt_tests name)
-  cmake_parse_arguments(LAYER "" "" "ALONE" ${ARGN})
+  cmake_parse_arguments(LAYER "FAST" "" "ALONE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
   if(NOT sources)
     return()
@@ -131,4 +132,7 @@ function(takt_tests name)
   target_precompile_headers(${target} REUSE_FROM takt_test_pch)
   add_dependencies(${target} takt_meshes)  # a URDF whose meshes are missing is refused
   add_test(NAME ${name} COMMAND ${target} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+  if(LAYER_FAST)
+    set_tests_properties(${name} PROPERTIES LABELS fast)
+  endif()
 endfunction()

@@ -5,14 +5,15 @@ Rules: layers include only downwards; headers have '#pragma once'; no left-over 
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead to a file and, with
 an anchor, to a heading; files of the repository that a page names exist; every row of docs/semantics.md is named by a test
 or says which issue brings it; no file over 600 lines; no capturing lambda inside of a co_await expression; no name twice in
-the unnamed namespaces of a folder (unnamed.py); tests ask for codes and pointers of diagnostics, not for their words; every
-code of a diagnostic is asked for by a test.
+the unnamed namespaces of a folder (unnamed.py); no new circle of modules (circles.py); tests ask for codes and pointers of
+diagnostics, not for their words; every code of a diagnostic is asked for by a test.
 """
 import pathlib
 import re
 import subprocess
 import sys
 
+import circles
 import unnamed
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -261,6 +262,8 @@ def main():
     check_semantics(names, say)
     for collision in unnamed.collisions(ROOT, names):
         say(*collision)
+    for circle in circles.diagnostics(ROOT, names):
+        say(*circle)
     print("\n".join(diagnostics) if diagnostics else "lint: no diagnostics")
     return 1 if diagnostics else 0
 

@@ -7,7 +7,7 @@
 
 #include "core/device/arm_force.h"
 #include "core/device/device_file.h"
-#include "core/device/plant_file.h"
+#include "core/device/plant_of_model.h"
 #include "scenario/cell_builder.h"
 #include "scenario/cell_models.h"
 #include "scenario/degrees.h"
