@@ -190,7 +190,7 @@ TEST_F(PairStepTest, ASilentSensorIsNoForceAndStopsThem) {
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))),
                 [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
             Progress::kFailed);
-  EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/steps/0/abort_if"));
+  EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/steps/0/abort_if"));
   EXPECT_LT(apart, 1e-9);
   expect_good_end();
 }

@@ -198,7 +198,7 @@ TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
   };
   EXPECT_EQ(push_at(1.0), Progress::kDone) << "on the first side";
   EXPECT_EQ(push_at(-0.03), Progress::kFailed) << "on the second";
-  EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/steps/2/abort_if", {"two", "abort_if"}));
+  EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/steps/2", {"two", "abort_if"}));
   EXPECT_TRUE(fake.core_arm().at_rest());
   const std::string until = R"(, "until": {"sensor": "wrist", "above_N": 30}, "on_end": "continue")";
   const Program guarded = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave, kWeave + until)));
