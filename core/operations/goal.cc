@@ -22,7 +22,6 @@ Goal::Joints read_joints(ObjectReader& reader, const command::MountedArm* arm) {
   const std::size_t kept = std::min<std::size_t>(degrees.size(), kinematics::kMaxJoints);
   Goal::Joints joints{kinematics::JointVector(static_cast<Eigen::Index>(kept))};
   for (std::size_t i = 0; i < kept; ++i) joints.q[static_cast<Eigen::Index>(i)] = degrees[i] * std::numbers::pi / 180.0;
-  joints.absolute = reader.boolean("absolute", false);
   return joints;
 }
 
@@ -82,9 +81,10 @@ Goal read_goal(const Json& json, const std::string& pointer, const command::Moun
   if (reader.has("home")) {
     if (!reader.boolean("home"))
       reader.diagnostics().error(Code::kInvalidValue, reader.at("home"), "a goal that is not home", "true");
-    goal.value = Goal::Home{.absolute = reader.boolean("absolute", false)};
+    goal.absolute = reader.boolean("absolute", false);
   } else if (reader.has("joints_deg")) {
     goal.value = read_joints(reader, arm);
+    goal.absolute = reader.boolean("absolute", false);
   } else if (reader.has("by_m") || reader.has("by_rpy_deg")) {
     goal.value = read_step(reader);
   } else {
@@ -110,10 +110,11 @@ Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const 
                              const kinematics::JointVector& q) {
   const command::MountedArm& arm = cell.arms.find(name)->second;
   const device::ArmDescription& model = arm.device->description();
-  if (const auto* home = std::get_if<Goal::Home>(&goal.value))
-    return home->absolute ? model.home : kinematics::in_nearest_turns(*model.chain, model.home, q);
-  if (const auto* joints = std::get_if<Goal::Joints>(&goal.value))
-    return joints->absolute ? joints->q : kinematics::in_nearest_turns(*model.chain, joints->q, q);
+  const auto turned = [&](const kinematics::JointVector& to) {
+    return goal.absolute ? to : kinematics::in_nearest_turns(*model.chain, to, q);
+  };
+  if (std::holds_alternative<Goal::Home>(goal.value)) return turned(model.home);
+  if (const auto* joints = std::get_if<Goal::Joints>(&goal.value)) return turned(joints->q);
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   if (const auto* pose = std::get_if<Goal::Pose>(&goal.value)) {
     const auto X_BI = cell.frames.pose(pose->in, name);
