@@ -63,8 +63,8 @@ void explain_missing_data(Diagnostics& diagnostics) {
                     "TAKT_ROOT: the folder of models/ and scenarios/");
 }
 
-Cell::Setup setup_of(const CellOptions& options) {
-  Cell::Setup setup;
+CellSetup setup_of(const CellOptions& options) {
+  CellSetup setup;
   for (const auto& [pointer, value] : options.set) setup.open.overrides.push_back({pointer, value});
   setup.open.seed = options.seed;
   setup.run.video = options.video;
@@ -78,7 +78,7 @@ Cell::Setup setup_of(const CellOptions& options) {
 
 class Cell::Impl {
  public:
-  Impl(const std::filesystem::path& file, const CellOptions& options, Setup setup)
+  Impl(const std::filesystem::path& file, const CellOptions& options, CellSetup setup)
       : quiet_(options.quiet), setup_(std::move(setup)), models_(library(options)), groups_(options.cooperating) {
     read(find_file(file));
     build();
@@ -305,7 +305,7 @@ class Cell::Impl {
   }
 
   bool quiet_;
-  Setup setup_;
+  CellSetup setup_;
   device::ModelLibrary models_;
   CooperatingArms groups_;
   scenario::Description description_;
@@ -321,7 +321,7 @@ class Cell::Impl {
 };
 
 Cell::Cell(const std::filesystem::path& file, const CellOptions& options) : Cell(file, options, setup_of(options)) {}
-Cell::Cell(const std::filesystem::path& file, const CellOptions& options, Setup setup)
+Cell::Cell(const std::filesystem::path& file, const CellOptions& options, CellSetup setup)
     : impl_(std::make_unique<Impl>(file, options, std::move(setup))) {}
 Cell::~Cell() = default;
 

@@ -40,6 +40,8 @@ class OpenError final : public activity::ActivityError {
   using ActivityError::ActivityError;
 };
 
+struct CellSetup;  // private to app/
+
 /// A simulated cell that a program in C++ works with: what a scenario file says of devices, objects, frames, faults,
 /// what the operator does, what must come of it and what is filmed; its "program" is not looked at. Between two calls
 /// the time stands still, so a run repeats to the bit. In real time the cycle has a thread of its own and planning
@@ -119,8 +121,7 @@ class Cell {
   [[nodiscard]] const std::string& title() const;
   [[nodiscard]] const Diagnostics& warnings() const;  ///< of the file
 
-  struct Setup;  ///< private to app/
-  Cell(const std::filesystem::path& file, const CellOptions& options, Setup setup);
+  Cell(const std::filesystem::path& file, const CellOptions& options, CellSetup setup);
 
  private:
   class Impl;

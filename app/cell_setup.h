@@ -1,12 +1,11 @@
 #pragma once
 
-#include "app/cell.h"
 #include "scenario/session.h"
 
 namespace takt::app {
 
 /// A cell's options as the scenario layer takes them; what a command line says beyond CellOptions.
-struct Cell::Setup {
+struct CellSetup {
   scenario::OpenOptions open;
   scenario::RunOptions run;
 };

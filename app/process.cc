@@ -17,6 +17,7 @@
 #include <string>
 
 #include "core/base/last_catch.h"
+#include "core/base/unfinished.h"
 
 namespace takt::app {
 namespace {
@@ -34,11 +35,15 @@ std::array<char, 256> task{};
 void tell(std::string_view text) { (void)!::write(STDERR_FILENO, text.data(), text.size()); }
 
 [[noreturn]] void end_now(int) {
+  remove_unfinished();
   tell("\ntakt: ended by signals before the run was closed\n");
   ::_exit(kInterrupted);
 }
 
-[[noreturn]] void end_interrupted(int) { ::_exit(kInterrupted); }
+[[noreturn]] void end_interrupted(int) {
+  remove_unfinished();
+  ::_exit(kInterrupted);
+}
 
 void count_interrupt(int) {
   const int count = interrupts.fetch_add(1) + 1;
@@ -63,6 +68,7 @@ void handle(std::initializer_list<int> signals, void (*handler)(int)) {
   tell("; while doing: ");
   tell(task[0] ? task.data() : "start");
   tell("\n");
+  remove_unfinished();
   ::_exit(kFault);
 }
 
@@ -88,6 +94,7 @@ void end_at_crash(int signal) {
   tell("; while doing: ");
   tell(task[0] ? task.data() : "start");
   tell("\n");
+  remove_unfinished();
   rlimit core{};
   if (::getrlimit(RLIMIT_CORE, &core) != 0 || core.rlim_cur == 0) ::_exit(kFault);
   ::signal(signal, SIG_DFL);

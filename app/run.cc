@@ -44,7 +44,7 @@ std::string digest_of_second_run(const std::filesystem::path& file, const CellOp
                                  const scenario::OpenOptions& open, const Program& program) {
   CellOptions quiet = options;
   quiet.quiet = true;
-  Cell::Setup setup{.open = open, .run = {}};
+  CellSetup setup{.open = open, .run = {}};
   setup.run.measure_times = false;
   try {
     Cell cell(file, quiet, std::move(setup));
@@ -94,7 +94,7 @@ int run(const Arguments& arguments, const Program& program, const CooperatingArm
   if (diagnostics.has_errors()) return refuse(diagnostics, arguments.json);
   CellOptions cell_options{.quiet = arguments.json, .cooperating = cooperating};
   cell_options.models.assign(arguments.models.begin(), arguments.models.end());
-  Cell::Setup setup{.open = open, .run = options};
+  CellSetup setup{.open = open, .run = options};
   setup.run.interrupt = &catch_interrupts();
   log_on_stderr(arguments.log, setup.run);
   if (!arguments.json) show_progress_on_terminal(setup.run);

@@ -11,6 +11,7 @@
 
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
+#include "core/motion/path_clock.h"
 #include "core/motion/planner.h"
 #include "core/rcc/admission.h"
 #include "core/rcc/control_core.h"

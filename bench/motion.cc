@@ -10,6 +10,7 @@
 #include "core/base/random.h"
 #include "core/kinematics/inverse.h"
 #include "core/motion/leg.h"
+#include "core/motion/path_clock.h"
 #include "core/motion/planner.h"
 
 namespace takt::motion {

@@ -11,6 +11,7 @@
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
+#include "core/motion/path_clock.h"
 #include "core/motion/planner.h"
 #include "tests/support/shortest_stop.h"
 

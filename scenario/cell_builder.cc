@@ -10,7 +10,7 @@
 #include "core/base/object_reader.h"
 #include "core/device/composed_device.h"
 #include "core/device/material.h"
-#include "core/device/plant_file.h"
+#include "core/device/plant_of_model.h"
 #include "core/device/tool_changer.h"
 #include "core/expression/moving_frames.h"
 #include "core/expression/tool_settings.h"
@@ -402,6 +402,28 @@ void set_tools(const sim::WorldDescription& simulated, BuiltCell& built, Diagnos
   }
 }
 
+/// An arm that feels nothing makes no sensor; what a driver reads of its controller shows in the run.
+void check_own_forces(LoadedDevices devices, const Site& site, Diagnostics& diagnostics) {
+  for (const auto& device : devices) {
+    const auto arm = device->as<device::ArmDescription>();
+    const Binding* binding = site.find(device->entry->name);
+    if (arm == nullptr || device->entry->own_force.empty() || arm->torque_noise.size() > 0) continue;
+    if (binding != nullptr && binding->driver) continue;
+    diagnostics.error(Code::kUnsupported, device->pointer() + "/own_force",
+                      fmt::format("'{}' is a '{}', which has no torque sensors", device->entry->name, arm->model),
+                      "Mount a force/torque sensor on it, or choose an arm with torque sensors");
+  }
+}
+
+void check_force_sensor(const FilmEntry& film, const command::Cell& cell, Diagnostics& diagnostics) {
+  if (film.force_sensor.empty() || cell.sensors.contains(film.force_sensor)) return;
+  std::vector<std::string> names;
+  for (const auto& [name, sensor] : cell.sensors) names.push_back(name);
+  diagnostics.error(Code::kUnknownName, "/film/force_sensor",
+                    fmt::format("there is no force/torque sensor '{}'", film.force_sensor),
+                    nearest_choice(film.force_sensor, names));
+}
+
 /// With 1 ms a screw of a few grams, pressed into the mouth of its thread by a bit, rattles.
 constexpr Nanoseconds kTimestepWithScrews = 500'000;
 
@@ -481,6 +503,8 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   add_tools(devices, built.cell, diagnostics);
   activity::see_flanges(built.cell);
   diagnostics.append(built.site->problems());
+  check_own_forces(devices, description.site, diagnostics);
+  check_force_sensor(description.film, built.cell, diagnostics);
   diagnostics.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, diagnostics);
   add_emergency_stop(description, built, diagnostics);
@@ -515,6 +539,26 @@ void add_tool_name(const DeviceEntry& device, const DeviceKind& kind, const devi
   if (own) tool.X_FT.try_emplace(std::string(command::MountedTool::kOwnTcp), *own);
 }
 
+/// Name of the arm that a device is mounted on, through whatever is between; empty: on none.
+std::string arm_below(const Description& description, const DeviceEntry& device, const command::Cell& cell) {
+  const DeviceEntry* one = &device;
+  for (std::size_t steps = 0; steps < description.devices.size() && !one->on.empty(); ++steps) {
+    if (cell.arms.contains(one->on)) return one->on;
+    const auto below = std::ranges::find(description.devices, one->on, &DeviceEntry::name);
+    if (below == description.devices.end()) break;
+    one = &*below;
+  }
+  return {};
+}
+
+void note_carrier(const Description& description, const DeviceEntry& device, command::Cell& cell) {
+  const std::string arm = arm_below(description, device, cell);
+  if (const auto tool = cell.tools.find(device.name); tool != cell.tools.end()) tool->second.arm = arm;
+  if (const auto gripper = cell.grippers.find(device.name); gripper != cell.grippers.end()) gripper->second.arm = arm;
+  if (const auto sensor = cell.sensors.find(device.name); sensor != cell.sensors.end()) sensor->second.arm = arm;
+  if (const auto changer = cell.changers.find(device.name); changer != cell.changers.end()) changer->second.arm = arm;
+}
+
 }  // namespace
 
 command::Cell names_of_cell(const Description& description, const device::ModelLibrary& models) {
@@ -532,6 +576,7 @@ command::Cell names_of_cell(const Description& description, const device::ModelL
   for (const DeviceEntry& device : description.devices) {
     const auto tool = cell.tools.find(device.name);
     if (tool != cell.tools.end() && cell.tool_sides.contains(device.on)) tool->second.side = device.on;
+    note_carrier(description, device, cell);
   }
   for (const ObjectEntry& object : description.objects) cell.objects[object.name];
   for (const NetEntry& net : description.nets) cell.nets[net.name] = net.net;

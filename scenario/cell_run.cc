@@ -316,7 +316,8 @@ void CellRun::close_recording() {
 /// in the report, which is made.
 void CellRun::film_aftermath(bool interrupted) {
   constexpr Nanoseconds kShown = kSecond;
-  const auto wrong = std::ranges::find(report_.expectations, false, &ExpectationResult::passed);
+  const auto wrong =
+      std::ranges::find_if(report_.expectations, [](const auto& result) { return result.judged && !result.passed; });
   const bool broke_off = report_.diagnostics.has_errors();
   const bool known = !options_.video_failure.empty();
   if (!film_ || interrupted || film_->is_over()) return;
@@ -343,7 +344,7 @@ void CellRun::close_film() {
   const Clock::time_point begin = Clock::now();
   const auto film = film_->close();
   if (!film) {
-    report_.diagnostics.append(film.error());
+    report_.diagnostics.append(with_option_names(film.error()));
     return;
   }
   report_.wall_time += Stopwatch::seconds_since(begin);
@@ -361,7 +362,24 @@ void CellRun::tell_end(bool interrupted) {
   for (const std::string& fault : fault_watch_.told()) report_.diagnostics.note({}, fault);
 }
 
+/// A machine that has stopped by itself has not done what comes after it, though the program may not have noticed.
+void CellRun::look_for_stops() {
+  for (const auto& [name, arm] : built_.cell.arms) {
+    if (!arm.device->has_sample() || arm.device->sample().fault == 0) continue;
+    report_.diagnostics.error(
+        Code::kDeviceFault, "/devices" + pointer_segment(name),
+        fmt::format("'{}' has a fault at the end of the run: {}", name,
+                    arm.device->fault_text(arm.device->sample().fault)),
+        "Remove what stops it, or handle the fault in the program and reset the arm before its end");
+  }
+  const device::EmergencyStop* stop = built_.emergency_stop;
+  if (stop != nullptr && stop->pressed() && !report_.diagnostics.has_errors())
+    report_.diagnostics.error(Code::kDeviceFault, {}, "the emergency stop is pressed at the end of the run",
+                              "Release and reset it before the program ends");
+}
+
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
+  if (!interrupted && !report_.diagnostics.has_errors()) look_for_stops();
   tell_end(interrupted);
   report_.wall_time = Stopwatch::seconds_since(start_);
   report_.cycles = built_.core->cycle();
@@ -377,7 +395,7 @@ RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& 
         "reset, or what comes before it");
   }
   const bool whole = !interrupted && !report_.diagnostics.has_errors();
-  const bool held = judge(whole ? run_again : std::function<std::string()>());
+  const bool held = judge(whole, run_again);
   record_verdicts();
   report_.log = log_.entries();
   report_.log_omitted = log_.omitted();
@@ -412,18 +430,32 @@ void CellRun::measure_core() {
   }
 }
 
-/// Judges all expectations, also those of a run that broke off: they say how far it came.
-bool CellRun::judge(const std::function<std::string()>& run_again) {
-  const Outcome outcome{
-      built_, variables_, steps_begun_, report_.sim_time, report_.digest, run_again, contact_log_.summaries()};
-  for (const auto& expectation : expectations_) report_.expectations.push_back(expectation->judge(outcome));
-  return std::ranges::all_of(report_.expectations, &ExpectationResult::passed);
+/// Judges all expectations, also those of a run that was cut off: they say how far it came, and none has held.
+bool CellRun::judge(bool whole, const std::function<std::string()>& run_again) {
+  const Outcome outcome{built_,
+                        variables_,
+                        steps_begun_,
+                        report_.sim_time,
+                        report_.digest,
+                        whole ? run_again : std::function<std::string()>(),
+                        contact_log_.summaries(),
+                        contact_log_.standing()};
+  for (const auto& expectation : expectations_) {
+    ExpectationResult result = expectation->judge(outcome);
+    if (!whole && result.passed) {
+      result.passed = result.judged = false;
+      result.measured += "; the run was cut off";
+    }
+    report_.expectations.push_back(std::move(result));
+  }
+  return std::ranges::all_of(report_.expectations,
+                             [=](const auto& result) { return result.passed || (whole && !result.judged); });
 }
 
 /// For the recording and the log of the report; on the terminal the report says it.
 void CellRun::record_verdicts() {
   for (const ExpectationResult& result : report_.expectations) {
-    const std::string_view name = result.passed ? "held" : "not held";
+    const std::string_view name = result.passed ? "held" : result.judged ? "not held" : "not judged";
     LogEntry entry{.time = built_.core->time(),
                    .cycle = static_cast<std::uint64_t>(built_.core->cycle()),
                    .level = level_of(kExpectationSource, name),

@@ -95,7 +95,8 @@ class CellRun {
   void film_aftermath(bool interrupted);
   void close_film();
   void measure_core();
-  [[nodiscard]] bool judge(const std::function<std::string()>& run_again);
+  void look_for_stops();
+  [[nodiscard]] bool judge(bool whole, const std::function<std::string()>& run_again);
   void record_verdicts();
 
   const Description& description_;

@@ -17,13 +17,11 @@ constexpr Nanoseconds kParted = 100 * kMillisecond;
 ContactGuard::ContactGuard(BuiltCell& built) : built_(built), names_(built.world->body_names()) {
   const collision::CellShapes& shapes = *built.cell.shapes;
   if (!shapes.off.empty()) return;
-  std::vector<bool> machines;
   for (const std::string& name : names_) {
     const int number = name.empty() ? shapes.floor : shapes.scene.find(name);
     numbers_.push_back(number);
-    machines.push_back(number >= 0 && !shapes.objects.contains(shapes.scene.body(number).owner));
+    machines_.push_back(number >= 0 && !shapes.objects.contains(shapes.scene.body(number).owner));
   }
-  built.world->list_contacts_of(std::move(machines));
 }
 
 Diagnostics ContactGuard::look(std::span<const sim::BodyContact> contacts, const TouchingNow& touching) {
@@ -32,12 +30,13 @@ Diagnostics ContactGuard::look(std::span<const sim::BodyContact> contacts, const
   if (!built_.cell.shapes->off.empty()) return faults;
   for (const sim::BodyContact& contact : contacts) {
     const Pair pair{contact.a, contact.b};
-    if (contact.force < kLeastForce || is_known(pair)) continue;
+    if (!machines_[static_cast<std::size_t>(pair.first)] && !machines_[static_cast<std::size_t>(pair.second)]) continue;
+    if (contact.magnitude < kLeastForce || is_known(pair)) continue;
     if (!now) now = all_touching(touching);
     if (is_allowed(pair, *now)) {
       in_contact_[pair] = built_.world->time();
     } else {
-      faults.add(fault(pair, contact.force));
+      faults.add(fault(pair, contact.magnitude));
     }
   }
   return faults;

@@ -39,6 +39,7 @@ class ContactGuard {
   BuiltCell& built_;
   std::vector<std::string> names_;          ///< of the bodies in the simulation
   std::vector<int> numbers_;                ///< of the same in the shapes; -1: it has none there
+  std::vector<bool> machines_;              ///< by number of the body; what objects do among themselves is no fault
   std::map<Pair, Nanoseconds> in_contact_;  ///< allowed once, and when they touched last
 };
 

@@ -15,8 +15,12 @@ namespace {
 constexpr double kTouching = 0.1;
 /// Apart for as long: a touch bounces.
 constexpr Nanoseconds kApart = 100 * kMillisecond;
+/// From the start of the run: what touches by then stood there. A gap of 2 mm closes in as long.
+constexpr Nanoseconds kSettling = 20 * kMillisecond;
 /// Before a fault: from the blow to the stop.
 constexpr Nanoseconds kLately = 250 * kMillisecond;
+
+constexpr std::string_view kFloor = "floor";
 
 /// "gripper" of "gripper/finger_left"; an object is its own.
 std::string owner_of(const std::string& body) { return body.substr(0, body.find('/')); }
@@ -24,20 +28,16 @@ std::string owner_of(const std::string& body) { return body.substr(0, body.find(
 }  // namespace
 
 ContactLog::ContactLog(BuiltCell& built) : built_(built), names_(built.world->body_names()) {
-  if (built.cell.shapes->off.empty()) return;  // the guard lists them
-  std::vector<bool> machines;
-  for (const std::string& body : names_) machines.push_back(body.find('/') != std::string::npos);
-  built.world->list_contacts_of(std::move(machines));
+  built.world->list_contacts_of(std::vector<bool>(names_.size(), true));
 }
 
 std::string ContactLog::name(int body) const {
   const std::string& name = names_[static_cast<std::size_t>(body)];
-  return name.empty() ? "floor" : name;
+  return name.empty() ? std::string(kFloor) : name;
 }
 
 void ContactLog::look(std::span<const sim::BodyContact> contacts, const Note& note) {
-  for (const sim::BodyContact& contact : contacts)
-    if (contact.force >= kTouching) note_contact(contact, note);
+  for (const sim::BodyContact& contact : contacts) note_contact(contact, note);
   const Nanoseconds now = built_.world->time();
   for (auto& [owners, touch] : touches_) {
     if (!touch.lasts || now - touch.last < kApart) continue;
@@ -45,6 +45,22 @@ void ContactLog::look(std::span<const sim::BodyContact> contacts, const Note& no
     note("parted", fmt::format("'{}' and '{}' after {:.3f} s, {:.1f} N at most", owners.first, owners.second,
                                to_seconds(touch.last - touch.begin), touch.force));
   }
+  std::erase_if(standing_, [now](const auto& pair) { return now - pair.second >= kApart; });
+}
+
+/// An object or the floor: no machine.
+bool ContactLog::lies_about(const std::string& owner) const {
+  return owner == kFloor || built_.cell.objects.contains(owner);
+}
+
+/// Two that lie about, since the run has begun.
+bool ContactLog::stands(const Owners& owners) {
+  const Nanoseconds now = built_.world->time();
+  const auto known = standing_.find(owners);
+  const bool begins = now <= kSettling && lies_about(owners.first) && lies_about(owners.second);
+  if (known == standing_.end() && !begins) return false;
+  standing_[owners] = now;
+  return true;
 }
 
 void ContactLog::note_contact(const sim::BodyContact& contact, const Note& note) {
@@ -52,18 +68,19 @@ void ContactLog::note_contact(const sim::BodyContact& contact, const Note& note)
   const std::string a = name(contact.a), b = name(contact.b);
   std::string first = owner_of(a), second = owner_of(b);
   if (second < first) std::swap(first, second);
-  if (first == second) return;
+  if (first == second && !built_.cell.arms.contains(first)) return;
+  if (stands({first, second}) || contact.magnitude < kTouching) return;
   Touch& touch = touches_[{first, second}];
   if (!touch.lasts) {
     touch = {.begin = now, .lasts = true};
-    note("contact", fmt::format("'{}' touches '{}' with {:.1f} N", a, b, contact.force));
+    note("contact", fmt::format("'{}' touches '{}' with {:.1f} N", a, b, contact.magnitude));
   }
   Summary& summary = summaries_.try_emplace({first, second}, Summary{.first = now, .force = 0.0}).first->second;
-  summary.force = std::max(summary.force, contact.force);
+  summary.force = std::max(summary.force, contact.magnitude);
   touch.last = now;
-  touch.force = std::max(touch.force, contact.force);
-  if (contact.force < touch.recent_force && now - touch.recent_time <= kLately) return;
-  touch.recent_force = contact.force;
+  touch.force = std::max(touch.force, contact.magnitude);
+  if (contact.magnitude < touch.recent_force && now - touch.recent_time <= kLately) return;
+  touch.recent_force = contact.magnitude;
   touch.recent_time = now;
   touch.recent = {contact.a, contact.b};
 }

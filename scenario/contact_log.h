@@ -13,8 +13,10 @@
 
 namespace takt::scenario {
 
-/// Tells when two devices, or a device and an object, begin and cease to touch, with the greatest force, and which
-/// contact was the hardest before a fault. The truth of the simulation: for people, never for a program (row D6).
+/// Tells when two devices, objects, or one of them and the floor begin and cease to touch, with the greatest force, and
+/// which contact was the hardest before a fault. Objects that stand on each other or on the floor when the run begins
+/// have not begun to touch: they count once they have parted. An arm may touch itself; fingers of a gripper and parts
+/// of an object do not count among themselves. The truth of the simulation: for people, never for a program (row D6).
 /// Thread: the program's. Realtime: setup.
 class ContactLog {
  public:
@@ -35,6 +37,8 @@ class ContactLog {
   };
   using Summaries = std::map<Owners, Summary>;
   [[nodiscard]] const Summaries& summaries() const { return summaries_; }
+  /// Pairs that stand on each other since the run has begun.
+  [[nodiscard]] std::size_t standing() const { return standing_.size(); }
 
   /// A contact of something that an arm or a base carries, or of itself.
   struct Hardest {
@@ -57,11 +61,14 @@ class ContactLog {
 
   [[nodiscard]] std::string name(int body) const;
   [[nodiscard]] bool rides(int body, std::string_view device) const;
+  [[nodiscard]] bool lies_about(const std::string& owner) const;
+  [[nodiscard]] bool stands(const Owners& owners);
   void note_contact(const sim::BodyContact& contact, const Note& note);
 
   BuiltCell& built_;
   std::vector<std::string> names_;  ///< of the bodies
   std::map<Owners, Touch> touches_;
+  std::map<Owners, Nanoseconds> standing_;  ///< when they touched last
   Summaries summaries_;
 };
 

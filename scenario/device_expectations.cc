@@ -23,7 +23,9 @@ class GripperExpectation final : public Expectation {
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     const device::Gripper& gripper = *outcome.built.cell.grippers.find(gripper_)->second.device;
-    const std::string is(gripper.has_sample() ? name_of(gripper.sample().state) : "silent");
+    if (!gripper.has_sample())
+      return {.measured = fmt::format("'{}' gives no reading (wanted: {})", gripper_, wanted_)};
+    const std::string is(name_of(gripper.sample().state));
     ExpectationResult result;
     result.passed = is == wanted_;
     result.value = gripper.sample().width;
@@ -57,9 +59,15 @@ class SignalExpectation final : public Expectation {
     }
   }
 
+  void step_begins(std::string_view) override { begun_ = true; }
   void watch(const BuiltCell&) override {
     const auto value = read_();
-    const bool high = value && *value >= 0.5;
+    if (!value) {
+      if (begun_) ++silent_;
+      return;
+    }
+    begun_ = true;
+    const bool high = *value >= 0.5;
     if (high && !high_before_.value_or(true)) ++risen_;
     high_before_ = high;
   }
@@ -72,6 +80,10 @@ class SignalExpectation final : public Expectation {
       const bool level = value && *value >= 0.5;
       result.passed = value && level == level_.value_or(level) && risen_ == rises_.value_or(risen_);
       result.measured = fmt::format("'{}' is {} and rose {} times", signal_, level ? "true" : "false", risen_);
+      if (rises_ && silent_ > 0) {
+        result.passed = false;
+        result.measured += fmt::format("; it had no value in {} cycles", silent_);
+      }
     } else {
       if (std::isfinite(lowest_)) result.lower = lowest_;
       if (std::isfinite(highest_)) result.upper = highest_;
@@ -90,7 +102,8 @@ class SignalExpectation final : public Expectation {
   std::optional<std::int64_t> rises_;
   double lowest_ = -std::numeric_limits<double>::infinity(), highest_ = std::numeric_limits<double>::infinity();
   std::optional<bool> high_before_;  ///< nothing: before the first cycle
-  std::int64_t risen_ = 0;
+  bool begun_ = false;               ///< the program, or the readings
+  std::int64_t risen_ = 0, silent_ = 0;
 };
 
 /// How a screw is in its thread, and by how many turns.

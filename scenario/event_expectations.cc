@@ -41,40 +41,16 @@ EventPattern read_pattern(ObjectReader& reader, const StepNames& steps) {
   return pattern;
 }
 
-constexpr Range kTime{.low = 0.0, .high = 3600.0};
+constexpr Range kTime = TimeSpan::kAllowed;
 
-/// Since the node that "during" names has begun, or since the run has. Only steps tell that they begin: a node around
-/// them begins with its first one.
-class StepClock {
- public:
-  explicit StepClock(std::string node) : node_(std::move(node)) {}
-
-  /// @return s
-  [[nodiscard]] double at(const LogEntry& entry) {
-    if (!node_.empty() && entry.source == "program" && entry.name == "begin") begins(entry);
-    return to_seconds(entry.time - begin_);
-  }
-
- private:
-  void begins(const LogEntry& entry) {
-    const std::string_view found = node_in(entry.step, node_);
-    const bool itself = found.size() == std::string_view(entry.step).size();
-    if (found.empty() || (!itself && found == running_)) return;
-    running_ = found;
-    begin_ = entry.time;
-  }
-
-  std::string node_, running_;  ///< running: with the path that leads to it
-  Nanoseconds begin_ = 0;
-};
-
+/// What did not happen says something only of a window that was there: its step ran, and for as long.
 class EventExpectation final : public Expectation {
  public:
   EventExpectation(ObjectReader& reader, const StepNames& steps)
       : pattern_(read_pattern(reader, steps)),
+        during_(pattern_.during),
         clock_(pattern_.during),
-        from_s_(reader.number("from_s", 0.0, kTime)),
-        to_s_(reader.number("to_s", kTime.high, kTime)) {
+        span_(read_span(reader)) {
     if (reader.has("times")) least_ = most_ = reader.integer("times", {}, kNotNegative);
     least_ = reader.integer("at_least", least_, kNotNegative);
     most_ = reader.integer("at_most", most_, kNotNegative);
@@ -82,23 +58,35 @@ class EventExpectation final : public Expectation {
       reader.diagnostics().error(Code::kConflict, reader.at("times"), "'times' beside 'at_least' or 'at_most'",
                                  "one of them");
     if (!reader.has("at_least") && reader.has("at_most")) least_ = 0;
+    if (least_ > most_)
+      reader.diagnostics().error(Code::kConflict, reader.at("at_least"),
+                                 fmt::format("{} is above {}, the upper bound", least_, most_),
+                                 "Set at_least to at most at_most");
   }
 
+  void steps_run(std::span<const std::string> paths) override { during_.look(paths); }
+  void watch(const BuiltCell& built) override {
+    if (during_.inside()) longest_s_ = std::max(longest_s_, clock_.at(built.core->time()));
+  }
   void happened(const LogEntry& entry) override {
-    const double time = clock_.at(entry);
+    clock_.hear(entry);
     if (!pattern_.fits(entry)) return;
-    const bool in_time = time >= from_s_ && time <= to_s_;
-    (in_time ? count_ : outside_) += 1;
+    (span_.contains(clock_.at(entry.time)) ? count_ : outside_) += 1;
     if (first_s_ < 0.0) first_s_ = to_seconds(entry.time);
   }
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
+    if (!during_.ran()) return {.measured = fmt::format("'{}' did not run", during_.name())};
+    if (longest_s_ < span_.from)
+      return {.measured = fmt::format("{}{} took {:.3f} s, and the window begins at {:g} s",
+                                      during_.name().empty() ? "the run" : "'" + during_.name(),
+                                      during_.name().empty() ? "" : "'", longest_s_, span_.from)};
     ExpectationResult result;
     result.passed = count_ >= least_ && count_ <= most_;
     result.value = static_cast<double>(count_);
     result.measured = fmt::format("{}: {} times", pattern_.words(), count_);
     if (first_s_ >= 0.0) result.measured += fmt::format(", first at {:.3f} s", first_s_);
     if (outside_ > 0)
-      result.measured += fmt::format(", {} times outside of {:g} to {:g} s{}", outside_, from_s_, to_s_,
+      result.measured += fmt::format(", {} times outside of {:g} to {:g} s{}", outside_, span_.from, span_.to,
                                      pattern_.during.empty() ? "" : " of the step");
     result.measured +=
         most_ == kMany ? fmt::format(" (at least {})", least_) : fmt::format(" ({} to {} times)", least_, most_);
@@ -108,8 +96,10 @@ class EventExpectation final : public Expectation {
  private:
   static constexpr std::int64_t kMany = std::numeric_limits<std::int64_t>::max();
   EventPattern pattern_;
+  StepWindow during_;
   StepClock clock_;
-  double from_s_, to_s_, first_s_ = -1.0;
+  TimeSpan span_;
+  double first_s_ = -1.0, longest_s_ = 0.0;
   std::int64_t least_ = 1, most_ = kMany, count_ = 0, outside_ = 0;
 };
 
@@ -204,6 +194,8 @@ class ContactsExpectation final : public Expectation {
                             pair.second, to_seconds(touch.first), touch.force);
     }
     result.measured = result.passed ? fmt::format("nothing else of {} pairs", outcome.contacts.size()) : others;
+    if (outcome.standing > 0)
+      result.measured += fmt::format("; {} stand on each other since the start", outcome.standing);
     return result;
   }
 

@@ -27,6 +27,7 @@ struct Outcome {
   std::string digest;
   std::function<std::string()> run_again;  ///< digest of a second run of the same scenario; may be empty
   const ContactLog::Summaries& contacts;   ///< who touched whom
+  std::size_t standing = 0;                ///< pairs that stand on each other since the start
 };
 
 /// One statement about a run: watches while it runs, judges when it has ended. Only expectations may look at the truth

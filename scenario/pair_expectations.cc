@@ -34,7 +34,10 @@ class RelativePoseExpectation final : public Expectation {
   }
 
   void step_begins(std::string_view name) override {
-    if (name == to_) looks_ = false;
+    if (name == to_ && looks_) {
+      looks_ = false;
+      ++closed_;
+    }
     if (name != from_) return;
     looks_ = true;
     X_first_.reset();
@@ -52,7 +55,9 @@ class RelativePoseExpectation final : public Expectation {
 
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
     ExpectationResult result;
-    if (cycles_ == 0) return {.measured = fmt::format("step '{}' never began", from_)};
+    if (!looks_ && closed_ == 0) return {.measured = fmt::format("step '{}' never began", from_)};
+    if (looks_) return {.measured = fmt::format("step '{}' did not begin after '{}'", to_, from_)};
+    if (cycles_ == 0) return {.measured = fmt::format("'{}' began in the same cycle as '{}'", to_, from_)};
     result.passed = distance_ <= within_m_ && angle_ <= within_rad_;
     result.value = distance_;
     result.unit = "m";
@@ -70,7 +75,7 @@ class RelativePoseExpectation final : public Expectation {
   bool looks_ = false;
   std::optional<Eigen::Isometry3d> X_first_;
   double distance_ = 0.0, angle_ = 0.0;
-  std::int64_t cycles_ = 0;
+  std::int64_t cycles_ = 0, closed_ = 0;  ///< closed: windows
 };
 
 }  // namespace

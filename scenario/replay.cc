@@ -170,7 +170,8 @@ class ReplayFilm {
     for (std::size_t row = 0; row < states_.time.size() && to_seconds(states_.time[row]) <= options_.to; ++row)
       if (!show(row, *film)) break;  // close() tells why
     hold_failure(*film);
-    return film->close();
+    auto closed = film->close();
+    return closed ? closed : std::unexpected(with_option_names(closed.error()));
   }
 
  private:

@@ -91,7 +91,7 @@ Diagnostics RunFilm::cut_to(std::string_view path) {
   const auto cut = std::ranges::find_if(cuts, [&](const FilmEntry::Cut& one) { return ends_with(path, one.step); });
   if (!cuts_ || cut == cuts.end()) return {};
   const auto shown = film_.set_camera(cut->camera);
-  return shown ? Diagnostics{} : shown.error();
+  return shown ? Diagnostics{} : with_option_names(shown.error());
 }
 
 Diagnostics RunFilm::add_state(const std::string& step, const command::Biases& biases) {
@@ -134,7 +134,8 @@ Diagnostics RunFilm::push_due(const sim::Overlay& overlay, Nanoseconds now) {
   shown_ = overlay;
   const sim::Marks marks = marks_now();
   while (now >= film_.next_time() && (waits_ || film_.has_room())) {
-    if (auto pushed = film_.push(built_.world->data(), overlay, marks); !pushed) return std::move(pushed.error());
+    if (auto pushed = film_.push(built_.world->data(), overlay, marks); !pushed)
+      return with_option_names(pushed.error());
   }
   return {};
 }

@@ -124,6 +124,7 @@ Json to_json(const RunReport& report) {
     expectations.push_back({{"name", result.name},
                             {"kind", result.kind},
                             {"passed", result.passed},
+                            {"judged", result.judged},
                             {"value", result.value},
                             {"unit", result.unit},
                             {"lower", result.lower ? Json(*result.lower) : Json()},
@@ -179,7 +180,8 @@ Json to_json(const RunReport& report) {
 std::string to_text(const RunReport& report, const std::string& title) {
   std::string text = fmt::format("{}: {}\n", title, name_of(report.verdict));
   for (const auto& result : report.expectations) {
-    text += fmt::format("  {} {:<28} {}\n", result.passed ? "ok  " : "FAIL", result.name, result.measured);
+    const char* mark = result.passed ? "ok  " : result.judged ? "FAIL" : "open";
+    text += fmt::format("  {} {:<28} {}\n", mark, result.name, result.measured);
   }
   text += fmt::format("  {:.3f} s simulated in {:.3f} s ({:.1f} times real time), {} cycles, digest {}\n",
                       report.sim_time, report.wall_time,

@@ -66,6 +66,27 @@ std::vector<std::string_view> unknown_parts(std::string_view name, std::span<con
 void StepWindow::look(std::span<const std::string> paths) {
   inside_ = name_.empty() ||
             std::ranges::any_of(paths, [this](const std::string& path) { return goes_through(path, name_); });
+  ran_ = ran_ || inside_;
+}
+
+void StepClock::hear(const LogEntry& entry) {
+  if (node_.empty() || entry.source != "program" || entry.name != "begin") return;
+  const std::string_view found = node_in(entry.step, node_);
+  const bool itself = found.size() == std::string_view(entry.step).size();
+  if (found.empty() || (!itself && found == running_)) return;
+  running_ = found;
+  begin_ = entry.time;
+}
+
+TimeSpan read_span(ObjectReader& reader) {
+  const TimeSpan whole;
+  const TimeSpan span{reader.number("from_s", whole.from, TimeSpan::kAllowed),
+                      reader.number("to_s", whole.to, TimeSpan::kAllowed)};
+  if (span.from > span.to)
+    reader.diagnostics().error(Code::kConflict, reader.at("from_s"),
+                               fmt::format("the window begins at {:g} s, after its end at {:g} s", span.from, span.to),
+                               "Set from_s to at most to_s");
+  return span;
 }
 
 std::string read_during(ObjectReader& reader, const StepNames& steps) {

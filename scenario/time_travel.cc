@@ -106,6 +106,7 @@ struct Traveller {
   std::vector<std::uint64_t> digests;  ///< recorded
   std::int64_t every;
   std::vector<int> sockets;  ///< of the snapshots, and last of the end; -1: not ours any more
+  bool cut_off = false;      ///< the recording ends before its run did
 
   Role role = Role::kMain;
   int socket = -1;  ///< of a visitor
@@ -128,7 +129,10 @@ struct Traveller {
     options.after_cycle = [this](BuiltCell& built) { return look(built); };
     const RunReport report = run.session().run(options);
     if (role == Role::kMain) socket = sockets.back();
-    Json end = {{"cycle", report.cycles - 1}, {"time", report.sim_time}, {"ended", name_of(report.verdict)}};
+    const bool with_recording = cut_off && report.cycles == static_cast<std::int64_t>(digests.size());
+    Json end = {{"cycle", report.cycles - 1},
+                {"time", report.sim_time},
+                {"ended", with_recording ? "where the recording was cut off" : name_of(report.verdict)}};
     if (report.cycles != static_cast<std::int64_t>(digests.size()) && !first_difference)
       first_difference = std::min(report.cycles, static_cast<std::int64_t>(digests.size()));
     if (role == Role::kMain) {
@@ -153,11 +157,12 @@ struct Traveller {
     if (!equal && !first_difference) first_difference = cycle;
     if (role == Role::kMain && next + 1 < sockets.size() && cycle == static_cast<std::int64_t>(next) * every)
       make_snapshot();
-    if (role == Role::kMain) return true;
+    const bool goes_on = !cut_off || at + 1 < digests.size();
+    if (role == Role::kMain) return goes_on;
     while (question.cycle <= cycle) {
       if (!send_text(socket, answer(built, cycle).dump()) || !hear()) _exit(0);
     }
-    return true;
+    return goes_on;
   }
 
   /// The child waits as it is now; whoever asks it gets a child of its own.
@@ -256,6 +261,7 @@ Result<TimeTravel> TimeTravel::begin(const record::Recording& recording, Reopene
   impl->cycles = *cycles;
   impl->every = std::max(options.every, (*cycles + kMost - 1) / kMost);
   Traveller traveller{.run = run, .digests = {}, .every = impl->every, .sockets = {}};
+  traveller.cut_off = !recording.damage().empty();
   record::DigestCursor cursor(recording);
   for (record::RecordedDigest digest; cursor.next(digest);) traveller.digests.push_back(digest.digest);
   const std::int64_t snapshots = (*cycles + impl->every - 1) / impl->every;

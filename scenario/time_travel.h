@@ -24,7 +24,8 @@ class TimeTravel {
   };
   static constexpr std::int64_t kMost = 64;
 
-  /// Begins to run again. @param run  of the recording; outlives this. @return diagnostics: a recording without cycles
+  /// Begins to run again; of a recording that was cut off no farther than it goes. @param run  of the recording;
+  /// outlives this. @return diagnostics: a recording without cycles
   [[nodiscard]] static Result<TimeTravel> begin(const record::Recording& recording, ReopenedRun& run,
                                                 const Options& options);
   TimeTravel(TimeTravel&&) noexcept;

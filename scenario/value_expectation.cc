@@ -47,6 +47,8 @@ class ValueExpectation final : public Expectation {
  public:
   ValueExpectation(ObjectReader& reader, const BuiltCell& built, const StepNames& steps)
       : during_(read_during(reader, steps)),
+        clock_(during_.name()),
+        span_(read_span(reader)),
         band_(read_band(reader, "at_least", "at_most")),
         mean_(read_band(reader, "mean_at_least", "mean_at_most")),
         share_(reader.number("share", 1.0, {.low = 0.0, .high = 1.0, .low_open = true})) {
@@ -60,16 +62,21 @@ class ValueExpectation final : public Expectation {
   }
 
   void begin(const activity::Variables& variables) override { variables_ = &variables; }
+  void step_begins(std::string_view) override { begun_ = true; }
   void steps_run(std::span<const std::string> paths) override { during_.look(paths); }
+  void happened(const LogEntry& entry) override { clock_.hear(entry); }
 
   void watch(const BuiltCell& built) override {
-    if (!during_.inside()) return;
+    if (!during_.inside() || !span_.contains(clock_.at(built.core->time() - built.core->period()))) return;
     ++cycles_;
     Diagnostics wrong;
     EvalContext sight = context(EvalContext::Mode::kRun, built);
     sight.readers = &readers_;
     const Value value = value_.value(sight, wrong);
-    if (value.null() || wrong.has_errors()) return;
+    if (value.null() || wrong.has_errors() || !std::isfinite(value.number())) {
+      if (begun_ || known_ > 0) ++unknown_;
+      return;
+    }
     ++known_;
     sum_ += value.number();
     within_ += band_.contains(value.number()) ? 1 : 0;
@@ -78,15 +85,19 @@ class ValueExpectation final : public Expectation {
   }
 
   [[nodiscard]] ExpectationResult judge(const Outcome&) const override {
-    if (cycles_ == 0) return {.measured = fmt::format("'{}' did not run", during_.name())};
+    if (!during_.ran()) return {.measured = fmt::format("'{}' did not run", during_.name())};
+    if (cycles_ == 0)
+      return {.measured = fmt::format("no cycle from {:g} to {:g} s{}", span_.from, span_.to,
+                                      during_.name().empty() ? "" : fmt::format(" of '{}'", during_.name()))};
     if (known_ == 0) return {.measured = fmt::format("{} was never known", text_)};
     const double mean = sum_ / static_cast<double>(known_);
     const double share = static_cast<double>(within_) / static_cast<double>(cycles_);
     ExpectationResult result;
-    result.passed = (!band_.given() || share >= share_) && (!mean_.given() || mean_.contains(mean));
+    result.passed = (!band_.given() || share >= share_) && (!mean_.given() || (mean_.contains(mean) && seen_whole()));
     result.value = mean_.given() ? mean : std::isfinite(band_.high) ? greatest_ : least_;
     result.measured = fmt::format("{}: {:.4g} to {:.4g}{}, mean {:.4g}", text_, least_, greatest_, unit_, mean);
     if (mean_.given()) result.measured += fmt::format(" (wanted: {})", mean_.text());
+    if (mean_.given() && !seen_whole()) result.measured += fmt::format("; not known in {} cycles", unknown_);
     if (band_.given())
       result.measured += fmt::format("; {} in {:.2f} % of {} cycles (wanted: {:g} %)", band_.text(), 100.0 * share,
                                      cycles_, 100.0 * share_);
@@ -94,6 +105,12 @@ class ValueExpectation final : public Expectation {
   }
 
  private:
+  /// A mean of what was known says little where much was not.
+  [[nodiscard]] bool seen_whole() const {
+    constexpr double kMostUnknown = 0.01;  // of the cycles
+    return static_cast<double>(unknown_) <= kMostUnknown * static_cast<double>(unknown_ + known_);
+  }
+
   [[nodiscard]] EvalContext context(EvalContext::Mode mode, const BuiltCell& built) const {
     const bool runs = mode == EvalContext::Mode::kRun;
     return {.mode = mode, .cell = &built.cell, .measured = variables_, .time = runs ? built.core->time() : 0};
@@ -119,13 +136,16 @@ class ValueExpectation final : public Expectation {
   }
 
   StepWindow during_;
+  StepClock clock_;
+  TimeSpan span_;
+  bool begun_ = false;  ///< the program
   Band band_, mean_;
   double share_;
   std::string text_, unit_;
   ValueTemplate value_;
   const activity::Variables* variables_ = nullptr;  ///< of the run
   command::ContactReaders readers_;
-  std::int64_t cycles_ = 0, known_ = 0, within_ = 0;
+  std::int64_t cycles_ = 0, known_ = 0, unknown_ = 0, within_ = 0;
   double sum_ = 0.0, least_ = kEverything, greatest_ = -kEverything;
 };
 

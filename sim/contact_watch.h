@@ -31,10 +31,10 @@ void list_touching(const mjModel_& model, const mjData_& data, std::vector<Touch
 /// Adds up the forces between two sets of bodies after each physics step. Realtime: cyclic but for construction, save
 /// and restore.
 class ContactWatch {
-  static constexpr std::size_t kResting = 32;  ///< pairs of bodies; the forces of more are not kept
+  static constexpr std::size_t kResting = 32;  ///< touches that push one way each; the forces of more are not kept
 
  public:
-  static constexpr std::size_t kWords = 6 + 6 * kResting;  ///< of its state
+  static constexpr std::size_t kWords = 8 + 6 * kResting;  ///< of its state
 
   ContactWatch(const std::vector<bool>& side_a, const std::vector<bool>& side_b);
 
@@ -53,6 +53,7 @@ class ContactWatch {
     std::int64_t body1 = 0, body2 = 0, contacts = 0;  ///< 0: free
     Eigen::Vector3d force_W = Eigen::Vector3d::Zero();
   };
+  void judge_touches();
   /// Of the contacts between the sides, those of two bodies that `wanted` wants: visit(body1, body2, force on side B).
   template <class Wanted, class Visit>
   void each(const mjModel_& model, const mjData_& data, std::span<const TouchingBodies> touching, const Wanted& wanted,
@@ -62,28 +63,33 @@ class ContactWatch {
   std::vector<std::uint8_t> sides_;  ///< of each body
   ContactReading reading_;
   std::array<Resting, kResting> resting_{};
+  std::vector<Eigen::Vector3d> touches_W_;  ///< N, of the last physics step
 };
 
-/// Lists what some bodies touch, from one look to the next. Realtime: cyclic but for construction, save and restore.
+/// The greatest resultant that any of these forces have together: those that push against each other do not cancel.
+/// Never less than the length of their sum. Realtime: cyclic.
+[[nodiscard]] double pressing_force(std::span<const Eigen::Vector3d> forces);
+
+/// Lists what some bodies touch, from one look to the next. Realtime: cyclic but for construction, save and restore;
+/// allocates only where more bodies touch than ever before.
 class ContactList {
-  static constexpr std::size_t kResting = 64;  ///< pairs of bodies; more are not kept
-
  public:
-  static constexpr std::size_t kWords = 9 * kResting;  ///< of what it keeps beyond a look
-
   /// @param bodies  by number: contacts in which one of them takes part
   explicit ContactList(std::vector<bool> bodies);
 
   /// As ContactWatch::update() and keep_resting().
   void update(const mjModel_& model, const mjData_& data);
   void keep_resting(const mjModel_& model, const mjData_& data, const Rest& rest);
-  /// What touched since the last call, in the order in which it did first. Valid until the next update().
+  /// What touched since the last call, in the order of the bodies' numbers. Valid until the next update().
   [[nodiscard]] std::span<const BodyContact> take();
+  /// What it keeps beyond a look: the number of resting pairs, then each of them.
   void save(std::vector<std::uint64_t>& words) const;
-  void restore(std::span<const std::uint64_t> words);
+  /// @return false, and nothing changed: the words are not those of save()
+  [[nodiscard]] bool restore(std::span<const std::uint64_t> words);
+  [[nodiscard]] static bool fits(std::span<const std::uint64_t> words);
 
  private:
-  static constexpr std::size_t kMost = 256;  ///< pairs; more are not listed
+  static constexpr std::size_t kWordsOfPair = 8;
 
   struct Sum {
     int a = 0, b = 0;
@@ -95,7 +101,7 @@ class ContactList {
   void keep(const Sum& sum);
 
   std::vector<bool> bodies_;
-  std::vector<Sum> step_;     ///< of one physics step
+  std::vector<Sum> step_;     ///< of one physics step, by numbers of the bodies
   std::vector<Sum> resting_;  ///< of what sleeps
   std::vector<BodyContact> list_;
   bool taken_ = false;

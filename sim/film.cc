@@ -239,13 +239,13 @@ class Film::Impl {
     workers_.clear();  // joins
     writer_ = {};
     Result<void> finished;
+    // A film that is not whole does not replace what was there.
+    if (failed_ || pushed_ == 0) encoder_.reset();
     if (encoder_) finished = encoder_->finish();
     report_.frames = pushed_;
     if (failed_) {
       closed_ = std::unexpected(diagnostics_);
     } else if (pushed_ == 0) {
-      std::error_code ignored;
-      std::filesystem::remove(options_.path, ignored);
       closed_ = failure(Code::kNotPossibleNow, "/path", "the film has no frame");
     } else if (!finished) {
       closed_ = std::unexpected(finished.error());

@@ -15,6 +15,7 @@
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -55,6 +56,22 @@ void chroma_row(const std::uint8_t* upper, const std::uint8_t* lower, int width,
     u[x] = static_cast<std::uint8_t>((4 * 32896 - 26 * red - 87 * green + 113 * blue) >> 10);
     v[x] = static_cast<std::uint8_t>((4 * 32896 + 113 * red - 102 * green - 11 * blue) >> 10);
   }
+}
+
+/// A name that no other process takes meanwhile; what is there and is no file (a device) is written to directly.
+std::filesystem::path place_beside(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return path;
+  const auto target = std::filesystem::exists(status) ? std::filesystem::canonical(path, error) : path;
+  std::string beside = (error ? path : target).string() + ".XXXXXX";
+  const int file = mkostemp(beside.data(), O_CLOEXEC);
+  if (file < 0) return path;  // ffmpeg says why it cannot be written
+  const mode_t mask = umask(0);
+  umask(mask);
+  (void)fchmod(file, 0666 & ~mask);
+  close(file);
+  return beside;
 }
 
 constexpr int kPatience_ms = 30'000;  ///< with an ffmpeg that does not move any more
@@ -112,7 +129,8 @@ Result<FilmEncoder> FilmEncoder::start(const std::string& program, const std::fi
   for (const int one : {SIGPIPE, SIGXFSZ}) sigaddset(&defaults, one);
   posix_spawnattr_setsigdefault(&attributes, &defaults);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-  std::vector<std::string> words = arguments(program, path, width, height, fps);
+  encoder.beside_ = place_beside(path);
+  std::vector<std::string> words = arguments(program, encoder.beside_, width, height, fps);
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -120,7 +138,10 @@ Result<FilmEncoder> FilmEncoder::start(const std::string& program, const std::fi
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   close(ends[1]);
-  if (error == 0) return encoder;
+  if (error == 0) {
+    encoder.unfinished_ = Unfinished(encoder.beside_, encoder.process_);
+    return encoder;
+  }
   encoder.process_ = -1;
   return failure(Code::kSystem, "/ffmpeg", fmt::format("cannot start '{}': {}", program, std::strerror(error)),
                  "install ffmpeg, or run without --video");
@@ -131,6 +152,8 @@ FilmEncoder::FilmEncoder(FilmEncoder&& other) noexcept { *this = std::move(other
 FilmEncoder& FilmEncoder::operator=(FilmEncoder&& other) noexcept {
   std::swap(program_, other.program_);
   std::swap(path_, other.path_);
+  std::swap(beside_, other.beside_);
+  std::swap(unfinished_, other.unfinished_);
   std::swap(process_, other.process_);
   std::swap(input_, other.input_);
   std::swap(messages_, other.messages_);
@@ -141,6 +164,8 @@ FilmEncoder& FilmEncoder::operator=(FilmEncoder&& other) noexcept {
 FilmEncoder::~FilmEncoder() {
   (void)wait();
   if (messages_ >= 0) close(messages_);
+  std::error_code ignored;
+  if (!beside_.empty() && beside_ != path_) std::filesystem::remove(beside_, ignored);
 }
 
 Result<void> FilmEncoder::write(const Image& image) {
@@ -194,9 +219,18 @@ Result<void> FilmEncoder::finish() {
   Result<void> ended = wait();
   if (!ended) return ended;
   std::error_code error;
-  if (const auto size = std::filesystem::file_size(path_, error); error || size == 0)
+  if (beside_ == path_ && !std::filesystem::is_regular_file(path_, error)) return {};
+  if (const auto size = std::filesystem::file_size(beside_, error); error || size == 0)
     return failure(Code::kFileNotWritable, "/path",
                    fmt::format("{} has left no film in '{}'", program_, path_.string()));
+  if (beside_ == path_) return {};
+  const auto target = std::filesystem::exists(path_, error) ? std::filesystem::canonical(path_, error) : path_;
+  std::filesystem::rename(beside_, target, error);
+  if (error)
+    return failure(Code::kFileNotWritable, "/path",
+                   fmt::format("'{}' cannot be written: {}", path_.string(), error.message()));
+  beside_.clear();
+  unfinished_ = {};
   return {};
 }
 

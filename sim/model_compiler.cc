@@ -9,6 +9,7 @@
 #include <mujoco/mujoco.h>
 
 #include "sim/islands.h"
+#include "sim/mujoco_errors.h"
 #include "sim/reach.h"
 #include "sim/spec_builder.h"
 
@@ -75,6 +76,19 @@ Result<Owned<mjModel_>> compile_model(const WorldDescription& description, bool 
   if (model) choose_matrices(*model);
   if (model) return model;
   return failure(Code::kSystem, "", fmt::format("MuJoCo cannot build the world: {}", mjs_getError(spec.get())));
+}
+
+Diagnostics make_data(const mjModel_& model, Owned<mjData_>& data) {
+  constexpr double kMiB = 1024.0 * 1024.0;
+  Diagnostics diagnostics;
+  const auto made = mujoco_call("", [&] { data.reset(mj_makeData(&model)); });
+  if (made && data) return diagnostics;
+  diagnostics.error(Code::kSystem, "",
+                    fmt::format("a simulation of {} bodies needs more than {:.0f} MiB of memory, which the system does "
+                                "not give",
+                                model.nbody, static_cast<double>(model.narena) / kMiB),
+                    "Simulate fewer free objects, or allow the process more memory");
+  return diagnostics;
 }
 
 }  // namespace takt::sim

@@ -25,4 +25,7 @@ using Owned = std::unique_ptr<T, MujocoDeleter>;
 [[nodiscard]] Result<Owned<mjModel_>> compile_model(const WorldDescription& description, bool visuals,
                                                     const SpecHook& hook);
 
+/// The state of a simulation of that model. @return a diagnostic: the system does not give the memory. Realtime: setup.
+[[nodiscard]] Diagnostics make_data(const mjModel_& model, Owned<mjData_>& data);
+
 }  // namespace takt::sim

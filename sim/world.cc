@@ -352,8 +352,9 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   }
   impl->rest = Rest(*impl->model, description);
   impl->pushes.reserve(static_cast<std::size_t>(impl->model->nbody));
-  impl->data.reset(mj_makeData(impl->model.get()));
-  impl->picture_data.reset(mj_makeData(impl->picture_model.get()));
+  diagnostics = make_data(*impl->model, impl->data);
+  diagnostics.append(make_data(*impl->picture_model, impl->picture_data));
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   impl->physics = description.physics;
   install_solid_contacts();
   impl->solids = Solids(*impl->model, description);
@@ -481,15 +482,15 @@ Snapshot World::save() const {
 
 bool World::restore(const Snapshot& snapshot) {
   Impl& w = *impl_;
-  const std::size_t size = w.words.size();
-  const std::size_t watched = ContactWatch::kWords * w.watches.size();
-  if (snapshot.size() != size + watched + (w.contact_list ? ContactList::kWords : 0)) return false;
+  const std::size_t size = w.words.size(), watched = ContactWatch::kWords * w.watches.size();
+  const auto listed = std::span(snapshot).subspan(std::min(snapshot.size(), size + watched));
+  if (w.contact_list ? !ContactList::fits(listed) : snapshot.size() != size + watched) return false;
   w.words.assign(snapshot.begin(), snapshot.begin() + static_cast<std::ptrdiff_t>(size));
   (void)w.stream(StateStream::Mode::kRead, w.words);
   for (std::size_t i = 0; i < w.watches.size(); ++i) {
     w.watches[i].restore(std::span(snapshot).subspan(size + ContactWatch::kWords * i, ContactWatch::kWords));
   }
-  if (w.contact_list) w.contact_list->restore(std::span(snapshot).subspan(size + watched));
+  if (w.contact_list) (void)w.contact_list->restore(listed);
   w.threads.resume(*w.model, *w.data, w.solids);
   for (SimDevice* device : w.devices) device->resume(*w.data);
   w.rest.wake_all(*w.model, *w.data);

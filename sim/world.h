@@ -107,8 +107,8 @@ class World {
   [[nodiscard]] const ContactReading& contact(std::size_t watch) const;
   /// From now on contacts of these bodies (by number) with anything are listed. Realtime: setup.
   void list_contacts_of(std::vector<bool> bodies);
-  /// What touched since the last call, 256 pairs at most; empty where nothing is listed. No part of a snapshot. Valid
-  /// until the next step. Realtime: cyclic.
+  /// What touched since the last call; empty where nothing is listed. No part of a snapshot. Valid until the next step.
+  /// Realtime: cyclic.
   [[nodiscard]] std::span<const BodyContact> take_contacts();
   /// Names of all bodies by number: "ROBOT/LINK" or "OBJECT"; of the world empty. Realtime: setup.
   [[nodiscard]] std::vector<std::string> body_names() const;

@@ -269,15 +269,41 @@ JunitSuite suite_of(const Verified& verified) {
   JunitSuite suite{.name = verified.file.string(), .seconds = seconds, .cases = {}};
   Diagnostics wrong = verified.run.diagnostics;
   wrong.append(verified.diagnostics);
-  suite.cases.push_back({.name = "run", .error = errors_of(wrong), .seconds = seconds});
+  const bool interrupted = verified.status == kInterrupted;
+  suite.cases.push_back({.name = "run", .error = interrupted ? "interrupted" : errors_of(wrong), .seconds = seconds});
   for (const auto& one : verified.run.expectations)
-    suite.cases.push_back({.name = one.name, .failure = one.passed ? "" : one.measured, .output = one.measured});
+    suite.cases.push_back({.name = one.name,
+                           .failure = one.passed || !one.judged || interrupted ? "" : one.measured,
+                           .skipped = interrupted || !one.judged ? "not judged" : "",
+                           .output = one.measured});
   if (verified.golden)
     suite.cases.push_back(
         {.name = "golden", .failure = verified.golden->passed ? "" : record::to_text(*verified.golden)});
   if (verified.tries)
     suite.cases.push_back({.name = "interruptions", .failure = verified.tries->held() ? "" : to_text(*verified.tries)});
   return suite;
+}
+
+/// Of a scenario that did not get its turn, as somebody has interrupted the ones before.
+JunitSuite suite_not_run(const std::filesystem::path& file) {
+  return {.name = file.string(), .cases = {{.name = "run", .skipped = "interrupted before it was run"}}};
+}
+
+/// How many ended how; of a single one its own line says it.
+std::string sum_of(const std::vector<int>& statuses, std::size_t files) {
+  if (files < 2) return {};
+  const auto count = [&](int status) { return std::ranges::count(statuses, status); };
+  std::string text = fmt::format("{} of {} scenarios passed", count(kHeld), files);
+  const std::pair<int, const char*> rows[] = {
+      {kNotHeld, "failed"}, {kBadInput, "refused"}, {kFault, "ended by an error"}, {kInterrupted, "interrupted"}};
+  for (const auto& [status, what] : rows)
+    if (count(status) > 0) text += fmt::format(", {} {}", count(status), what);
+  if (files > statuses.size()) text += fmt::format(", {} not run", files - statuses.size());
+  return text + "\n";
+}
+
+std::string result_of(int status) {
+  return status == kHeld ? "passed" : status == kInterrupted ? "interrupted" : "failed";
 }
 
 int verify(const VerifyArguments& arguments, const Common& common) {
@@ -290,9 +316,15 @@ int verify(const VerifyArguments& arguments, const Common& common) {
   int status = kHeld;
   Json results = Json::array();
   std::vector<JunitSuite> suites;
+  std::vector<int> statuses;
   for (const auto& file : files) {
+    if (status == kInterrupted) {
+      suites.push_back(suite_not_run(file));
+      continue;
+    }
     const Verified verified = verify_guarded(file, arguments, common);
     status = std::max(status, verified.status);
+    statuses.push_back(verified.status);
     results.push_back(describe(verified));
     suites.push_back(suite_of(verified));
     fmt::print(stderr, "{}{}", to_located_text(verified.run.diagnostics), to_located_text(verified.diagnostics));
@@ -301,14 +333,14 @@ int verify(const VerifyArguments& arguments, const Common& common) {
     if (verified.golden) fmt::print("{}", record::to_text(*verified.golden));
     if (verified.tries) fmt::print("{}", to_text(*verified.tries));
     if (!verified.film.empty()) fmt::print("  film {}\n", verified.film);
-    if (verified.status == kInterrupted) break;
   }
+  if (!common.json) fmt::print("{}", sum_of(statuses, files.size()));
   if (!arguments.junit.empty()) {
     diagnostics = write_file(arguments.junit, junit_xml(suites), "--junit");
     fmt::print(stderr, "{}", to_located_text(diagnostics));
     if (diagnostics.has_errors()) status = std::max<int>(status, kFault);
   }
-  if (common.json) print({{"result", status == kHeld ? "passed" : "failed"}, {"scenarios", std::move(results)}});
+  if (common.json) print({{"result", result_of(status)}, {"scenarios", std::move(results)}});
   return status;
 }
 

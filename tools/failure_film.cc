@@ -1,6 +1,7 @@
 #include "tools/failure_film.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -22,6 +23,19 @@ std::string film_name(const std::filesystem::path& scenario, const FailureMoment
   if (const auto& tried = moment.interruption)
     name += fmt::format("_{}_{}", scenario::Interruptions::name_of(tried->way), tried->cycle);
   return name + ".mp4";
+}
+
+/// Where the user's programs put what can be made again: nothing of it is to lie in a project.
+std::filesystem::path cache_folder() {
+  const auto absolute = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value == '/' ? std::filesystem::path(value) : std::filesystem::path();
+  };
+  std::error_code ignored;
+  std::filesystem::path folder = absolute("XDG_CACHE_HOME");
+  if (folder.empty() && !absolute("HOME").empty()) folder = absolute("HOME") / ".cache";
+  if (folder.empty()) folder = std::filesystem::temp_directory_path(ignored);
+  return folder / "takt" / "failures";
 }
 
 Result<void> make_folder(const std::filesystem::path& folder) {
@@ -68,20 +82,22 @@ void interrupt_again(const scenario::Interruptions::Case& tried, double period, 
 }  // namespace
 
 void add_failure_film_options(CLI::App& verb, FailureFilmArguments& arguments) {
-  verb.add_option("--failures", arguments.folder, "Folder for films of the seconds around failures")
-      ->type_name("DIR")
-      ->capture_default_str();
+  verb.add_option(
+          "--failures", arguments.folder,
+          "Folder for films of the seconds around failures; default: takt/failures in $XDG_CACHE_HOME or ~/.cache")
+      ->type_name("DIR");
   verb.add_flag("--no-film", arguments.off, "Do not film failures");
 }
 
 Result<std::filesystem::path> film_failure(const std::filesystem::path& scenario, const FailureMoment& moment,
                                            const FailureFilmArguments& arguments, const Common& common) {
-  if (const auto made = make_folder(arguments.folder); !made) return std::unexpected(made.error());
+  const auto folder = arguments.folder.empty() ? cache_folder() : std::filesystem::path(arguments.folder);
+  if (const auto made = make_folder(folder); !made) return std::unexpected(made.error());
   scenario::OpenOptions opening;
   opening.all_may_fail = moment.interruption.has_value();
   auto session = scenario::Session::open(scenario, common.library(), opening);
   if (!session) return std::unexpected(session.error());
-  const std::filesystem::path film = std::filesystem::path(arguments.folder) / film_name(scenario, moment);
+  const std::filesystem::path film = folder / film_name(scenario, moment);
   scenario::RunOptions options = film_options(film, moment);
   auto again = scenario::Interruptions::again(moment.interruption.value_or(scenario::Interruptions::Case{}));
   if (moment.interruption)

@@ -12,7 +12,7 @@ namespace takt::tools {
 
 /// What a command line may say of the films of failures.
 struct FailureFilmArguments {
-  std::string folder = "failures";
+  std::string folder = {};  ///< empty: that of the user's other files of no importance
   bool off = false;
 };
 

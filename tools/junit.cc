@@ -14,6 +14,7 @@ std::string case_xml(const JunitSuite& suite, const JunitCase& one) {
                                 xml_text(one.name), one.seconds);
   if (!one.failure.empty()) xml += fmt::format("      <failure message=\"{}\"/>\n", xml_text(one.failure));
   if (!one.error.empty()) xml += fmt::format("      <error message=\"{}\"/>\n", xml_text(one.error));
+  if (!one.skipped.empty()) xml += fmt::format("      <skipped message=\"{}\"/>\n", xml_text(one.skipped));
   if (!one.output.empty()) xml += fmt::format("      <system-out>{}</system-out>\n", xml_text(one.output));
   return xml + "    </testcase>\n";
 }
@@ -23,8 +24,9 @@ std::string suite_xml(const JunitSuite& suite) {
     return std::ranges::count_if(suite.cases, [&](const JunitCase& one) { return !(one.*text).empty(); });
   };
   std::string xml = fmt::format(
-      "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n", xml_text(suite.name),
-      suite.cases.size(), count(&JunitCase::failure), count(&JunitCase::error), suite.seconds);
+      "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\" time=\"{:.3f}\">\n",
+      xml_text(suite.name), suite.cases.size(), count(&JunitCase::failure), count(&JunitCase::error),
+      count(&JunitCase::skipped), suite.seconds);
   for (const JunitCase& one : suite.cases) xml += case_xml(suite, one);
   return xml + "  </testsuite>\n";
 }

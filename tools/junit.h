@@ -5,10 +5,11 @@
 
 namespace takt::tools {
 
-/// One case of a JUnit report. A case that could not be judged has an error, one that did not hold a failure.
+/// One case of a JUnit report. A case that could not be run to its end has an error, one that did not hold a failure;
+/// one about which a run says nothing is skipped.
 struct JunitCase {
   std::string name;
-  std::string failure = {}, error = {};  ///< in words; empty: it held
+  std::string failure = {}, error = {}, skipped = {};  ///< in words; all empty: it held
   double seconds = 0.0;
   std::string output = {};  ///< what was measured
 };

@@ -41,8 +41,11 @@ VariationPlan variation_plan(const std::string& file, const SeedArguments& argum
 
 void show_progress(const Variation& variation) {
   fmt::print(stderr, "seed {}: {}, {:.1f} s simulated in {:.1f} s{}{}\n", variation.seed,
-             variation.passed() ? "passed" : "failed", variation.sim_time(), variation.end.wall_s,
-             variation.passed() ? "" : ": ", variation.message());
+             variation.passed()        ? "passed"
+             : variation.interrupted() ? "interrupted"
+                                       : "failed",
+             variation.sim_time(), variation.end.wall_s, variation.passed() || variation.interrupted() ? "" : ": ",
+             variation.interrupted() ? "" : variation.message());
 }
 
 /// A scenario that takt refuses is bad input: its diagnostics are those of one run.

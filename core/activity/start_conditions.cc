@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/command/command_tree.h"
+#include "core/motion/path_clock.h"
 
 namespace takt::activity {
 namespace {

@@ -161,14 +161,16 @@ void Diagnostics::note(std::string pointer, std::string message, std::string hin
 void Diagnostics::append(const Diagnostics& other, std::string_view prefix, std::string_view file) {
   for (Diagnostic diagnostic : other.list_) {
     diagnostic.pointer.insert(0, prefix);
-    if (diagnostic.file.empty()) diagnostic.file = file;
+    const bool of_command_line = diagnostic.pointer.starts_with("--");
+    if (diagnostic.file.empty() && !of_command_line) diagnostic.file = file;
     add(std::move(diagnostic));
   }
 }
 
 void Diagnostics::set_file(std::string_view file) {
   for (Diagnostic& diagnostic : list_) {
-    if (diagnostic.file.empty()) diagnostic.file = file;
+    const bool of_command_line = diagnostic.pointer.starts_with("--");
+    if (diagnostic.file.empty() && !of_command_line) diagnostic.file = file;
   }
 }
 

@@ -153,7 +153,8 @@ class BoundedBuilder : public nlohmann::json_sax<Json> {
 
   bool open(Json empty) {
     if (levels_.size() >= limits_.depth) {
-      diagnostics_.error(Code::kTooLarge, {}, fmt::format("nested deeper than {} levels", limits_.depth));
+      diagnostics_.error(Code::kTooLarge, pointer(), fmt::format("nested deeper than {} levels", limits_.depth),
+                         "Put the inner part into a file or a program of its own");
       return false;
     }
     Json* value = place(std::move(empty));

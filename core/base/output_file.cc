@@ -39,6 +39,7 @@ int write_beside(const fs::path& path, std::string_view content, mode_t mode) {
   std::string beside = path.string() + ".XXXXXX";
   const int file = ::mkostemp(beside.data(), O_CLOEXEC);
   if (file < 0) return errno;
+  const Unfinished unfinished(beside);
   ::fchmod(file, mode);
   int error = write_all(file, content);
   if (error == 0 && ::rename(beside.c_str(), path.c_str()) != 0) error = errno;
@@ -88,12 +89,18 @@ Diagnostics check_output(const fs::path& path, const std::vector<fs::path>& inpu
   Diagnostics diagnostics;
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  const auto refuse = [&](const char* why) {
+  const auto refuse = [&](const std::string& why) {
     diagnostics.error(Code::kFileNotWritable, option, fmt::format("'{}' {}", path.string(), why),
                       "the name of a new file");
   };
   if (fs::is_directory(status)) refuse("is a folder");
   if (fs::is_fifo(status) || fs::is_socket(status)) refuse("is a pipe or a socket, not a file");
+  const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
+  if (!fs::exists(status) && !fs::is_directory(folder, error)) {
+    refuse("is to be in a folder that is not there");
+  } else if (::access(fs::exists(status) ? path.c_str() : folder.c_str(), W_OK) != 0) {
+    refuse(fmt::format("cannot be written: {}", std::strerror(errno)));
+  }
   for (const fs::path& input : inputs) {
     if (fs::equivalent(path, input, error) && !error) refuse("is read by this command and would be overwritten");
   }
@@ -118,10 +125,12 @@ TemporaryFile::~TemporaryFile() {
   if (!path_.empty()) fs::remove(path_, ignored);
 }
 
-TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
+    : path_(std::exchange(other.path_, {})), unfinished_(std::move(other.unfinished_)) {}
 
 TemporaryFile& TemporaryFile::operator=(TemporaryFile&& other) noexcept {
   std::swap(path_, other.path_);
+  std::swap(unfinished_, other.unfinished_);
   return *this;
 }
 
@@ -141,10 +150,12 @@ TemporaryFolder::~TemporaryFolder() {
   if (!path_.empty()) fs::remove_all(path_, ignored);
 }
 
-TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept
+    : path_(std::exchange(other.path_, {})), unfinished_(std::move(other.unfinished_)) {}
 
 TemporaryFolder& TemporaryFolder::operator=(TemporaryFolder&& other) noexcept {
   std::swap(path_, other.path_);
+  std::swap(unfinished_, other.unfinished_);
   return *this;
 }
 

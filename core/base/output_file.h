@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/diagnostics.h"
+#include "core/base/unfinished.h"
 
 namespace takt {
 
@@ -17,12 +18,14 @@ namespace takt {
                                      const std::string& option = {});
 
 /// A diagnostic if `path` cannot become a new file of ours: a folder, a FIFO, a socket, or one of `inputs`, which would
-/// be lost. Nothing is created. Realtime: setup.
+/// be lost; a file that cannot be written, or is to be in a folder that is not there or cannot be written. Nothing is
+/// created. Realtime: setup.
 [[nodiscard]] Diagnostics check_output(const std::filesystem::path& path,
                                        const std::vector<std::filesystem::path>& inputs,
                                        const std::string& option = {});
 
-/// A file of a name of its own in the folder for temporary files, which goes when this goes. Move-only.
+/// A file of a name of its own in the folder for temporary files, which goes when this goes, or when a signal ends the
+/// process. Move-only.
 class TemporaryFile {
  public:
   /// @param suffix  end of the name, e.g. ".mcap". Diagnostics: the folder is missing or cannot be written.
@@ -34,9 +37,10 @@ class TemporaryFile {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
-  explicit TemporaryFile(std::filesystem::path path) : path_(std::move(path)) {}
+  explicit TemporaryFile(std::filesystem::path path) : path_(std::move(path)), unfinished_(path_) {}
 
   std::filesystem::path path_;  ///< empty: it was moved from
+  Unfinished unfinished_;
 };
 
 /// The same as a folder, with all that is in it.
@@ -50,9 +54,10 @@ class TemporaryFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
-  explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)), unfinished_(path_) {}
 
   std::filesystem::path path_;  ///< empty: it was moved from
+  Unfinished unfinished_;
 };
 
 }  // namespace takt

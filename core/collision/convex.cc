@@ -7,7 +7,6 @@
 
 #include "core/collision/hull.h"
 #include "core/collision/mesh.h"
-#include "core/collision/narrow_phase.h"
 
 namespace takt::collision {
 namespace {
@@ -28,18 +27,21 @@ Convex Convex::from(const world::Shape& shape) {
   if (const auto* box = std::get_if<world::Box>(&shape)) {
     made.kind_ = Kind::kBox;
     made.half_ = 0.5 * box->size;
+    made.native_ = native_box(made.half_);
   } else if (const auto* cylinder = std::get_if<world::Cylinder>(&shape)) {
     made.kind_ = Kind::kCylinder;
     made.half_ = {cylinder->radius, cylinder->radius, 0.5 * cylinder->length};
+    made.native_ = native_cylinder(cylinder->radius, 0.5 * cylinder->length);
   } else if (const auto* capsule = std::get_if<world::Capsule>(&shape)) {
     made.kind_ = Kind::kCapsule;
     made.half_ = {capsule->radius, capsule->radius, 0.5 * capsule->length};
+    made.native_ = native_capsule(capsule->radius, 0.5 * capsule->length);
   } else {
     made.kind_ = Kind::kSphere;
     made.half_.setConstant(std::get<world::Sphere>(shape).radius);
+    made.native_ = native_sphere(made.half_.x());
   }
   made.enclose();
-  made.native_ = make_native(made);
   return made;
 }
 
@@ -50,7 +52,7 @@ Result<Convex> Convex::hull(std::span<const Eigen::Vector3d> points) {
   made.kind_ = Kind::kHull;
   made.hull_ = std::make_shared<const Hull>(Hull{std::move(found->corners), std::move(found->triangles)});
   made.enclose();
-  made.native_ = make_native(made);
+  made.native_ = native_hull(made.corners(), made.triangles());
   return made;
 }
 

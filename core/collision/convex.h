@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "core/base/diagnostics.h"
+#include "core/collision/native_shape.h"
 #include "core/kinematics/robot_model.h"
 #include "core/world/shape.h"
 
@@ -43,9 +44,8 @@ class Convex {
   [[nodiscard]] double radius() const { return radius_; }
   [[nodiscard]] const Eigen::AlignedBox3d& box() const { return box_; }
 
-  /// What the narrow phase computes with; it belongs to narrow_phase.cc.
-  struct Native;
-  [[nodiscard]] const Native& native() const { return *native_; }
+  /// The same shape for the narrow phase.
+  [[nodiscard]] const NativeShape& native() const { return *native_; }
 
  private:
   struct Hull {
@@ -61,7 +61,7 @@ class Convex {
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   double radius_ = 0.0;
   Eigen::AlignedBox3d box_;
-  std::shared_ptr<const Native> native_;
+  NativeShapePtr native_;
 };
 
 /// A solid of a URDF: a primitive, or the convex hull of a mesh, as the simulation has it.

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "core/collision/motion_check.h"
 #include "core/collision/scene.h"
+#include "core/collision/trajectory.h"
 
 namespace takt::collision {
 

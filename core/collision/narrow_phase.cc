@@ -1,50 +1,16 @@
-// The only file that knows FCL.
+// This file and native_shape.cc are the only ones that know FCL.
 #include "core/collision/narrow_phase.h"
 
 #include <algorithm>
 #include <exception>
 #include <limits>
 
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 
 namespace takt::collision {
 
-struct Convex::Native {
-  std::shared_ptr<const fcl::CollisionGeometryd> geometry;
-};
-
 namespace {
-
-std::shared_ptr<const fcl::CollisionGeometryd> geometry_of(const Convex& shape) {
-  const Eigen::Vector3d& half = shape.half();
-  switch (shape.kind()) {
-    case Convex::Kind::kBox:
-      return std::make_shared<fcl::Boxd>(2.0 * half);
-    case Convex::Kind::kCylinder:
-      return std::make_shared<fcl::Cylinderd>(half.x(), 2.0 * half.z());
-    case Convex::Kind::kSphere:
-      return std::make_shared<fcl::Sphered>(half.x());
-    case Convex::Kind::kCapsule:
-      return std::make_shared<fcl::Capsuled>(half.x(), 2.0 * half.z());
-    case Convex::Kind::kHull:
-      break;
-  }
-  auto corners = std::make_shared<const std::vector<Eigen::Vector3d>>(shape.corners().begin(), shape.corners().end());
-  auto faces = std::make_shared<std::vector<int>>();
-  const std::span<const int> triangles = shape.triangles();
-  for (std::size_t i = 0; i < triangles.size(); i += 3) {
-    faces->push_back(3);
-    faces->insert(faces->end(), triangles.begin() + static_cast<std::ptrdiff_t>(i),
-                  triangles.begin() + static_cast<std::ptrdiff_t>(i + 3));
-  }
-  return std::make_shared<fcl::Convexd>(corners, static_cast<int>(triangles.size() / 3), faces);
-}
 
 /// What a solver says: the axis from A to B, and the distance that it believes in.
 struct Proposal {
@@ -58,8 +24,7 @@ Proposal propose(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB
                                       kTolerance, solver);
   fcl::DistanceResultd result;
   try {
-    fcl::distance(a.native().geometry.get(), Eigen::Isometry3d::Identity(), b.native().geometry.get(), X_AB, request,
-                  result);
+    fcl::distance(&a.native(), Eigen::Isometry3d::Identity(), &b.native(), X_AB, request, result);
   } catch (const std::exception&) {
     return {};
   }
@@ -70,10 +35,6 @@ Proposal propose(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB
 }
 
 }  // namespace
-
-std::shared_ptr<const Convex::Native> make_native(const Convex& shape) {
-  return std::make_shared<const Convex::Native>(Convex::Native{geometry_of(shape)});
-}
 
 double gap_along(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB, const Eigen::Vector3d& axis_A) {
   const Eigen::Vector3d axis_B = X_AB.linear().transpose() * axis_A;
@@ -159,8 +120,7 @@ double depth(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB) {
   fcl::CollisionRequestd request(/*num_max_contacts=*/1, /*enable_contact=*/true);
   fcl::CollisionResultd result;
   try {
-    fcl::collide(a.native().geometry.get(), Eigen::Isometry3d::Identity(), b.native().geometry.get(), X_AB, request,
-                 result);
+    fcl::collide(&a.native(), Eigen::Isometry3d::Identity(), &b.native(), X_AB, request, result);
     for (std::size_t i = 0; i < result.numContacts(); ++i) {
       const Eigen::Vector3d normal = result.getContact(i).normal;
       if (!normal.allFinite() || normal.norm() < 0.5) continue;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <memory>
-
 #include <Eigen/Geometry>
 
 #include "core/collision/convex.h"
@@ -38,8 +36,5 @@ enum class Effort {
 
 /// How deep two solids overlap: the shortest way that parts them, m, from above; 0 if they do not overlap.
 [[nodiscard]] double depth(const Convex& a, const Convex& b, const Eigen::Isometry3d& X_AB);
-
-/// What the library knows of a shape. Realtime: setup.
-[[nodiscard]] std::shared_ptr<const Convex::Native> make_native(const Convex& shape);
 
 }  // namespace takt::collision

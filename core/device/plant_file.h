@@ -42,7 +42,4 @@ struct PlantDescription {
 /// @param kind   "arm", "gripper", ...: keys of other kinds stay unknown
 PlantDescription read_plant_keys(ObjectReader& reader, const kinematics::RobotModel* robot, const std::string& kind);
 
-/// The plant of a model that has been read before. Realtime: setup.
-[[nodiscard]] Result<PlantDescription> read_plant(const ModelDescription& model);
-
 }  // namespace takt::device

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "core/expression/expression.h"
+#include "core/expression/evaluate.h"
 
 namespace takt::command {
 

@@ -8,19 +8,13 @@
 #include "core/base/diagnostics.h"
 #include "core/motion/braking.h"
 #include "core/motion/clock_state.h"
+#include "core/motion/path_point.h"
 #include "core/motion/time_law.h"
 
 namespace takt::motion {
 
 /// The bounds that suit both of two motions on one clock.
 [[nodiscard]] ClockBounds common(const ClockBounds& a, const ClockBounds& b);
-
-/// Path parameter and its derivatives with respect to real time: what a path is sampled with.
-struct PathPoint {
-  double s = 0.0;
-  double ds = 0.0;   ///< 1/s
-  double dds = 0.0;  ///< 1/s^2
-};
 
 /// The law under the clock: s' = s_tau r, s'' = s_tautau r^2 + s_tau r'. Realtime: cyclic.
 [[nodiscard]] PathPoint follow(const TimeLaw& law, const ClockState& clock);

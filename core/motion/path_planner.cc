@@ -244,6 +244,19 @@ void PathPlanner::check_rolling(const PieceWalk& walk, const char* word, const s
   }
 }
 
+namespace {
+
+/// @param t  share of the path   @param way  its length, m; 0: the tool only turns
+std::string how_far(double t, const char* word, double way) {
+  constexpr double kTellable = 5e-4;  // of the path, and of a metre
+  if (!(t >= kTellable)) return fmt::format("cannot follow the {} at all from where it begins", word);
+  const double left = (1.0 - t) * way;
+  const std::string before = left >= kTellable ? fmt::format(", {:.1f} mm before the goal", 1e3 * left) : "";
+  return fmt::format("follows to {:.1f} % of the {}{}", 100 * t, word, before);
+}
+
+}  // namespace
+
 void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, const char* word,
                               const std::string& pointer, Diagnostics& diagnostics) const {
   const std::string place = fmt::format("at {:.1f} % of the {}", 100 * walk.t_end, word);
@@ -255,8 +268,7 @@ void PathPlanner::explain_end(const PieceWalk& walk, const PathPiece& piece, con
     const bool few = chain_.joint_count() < 6;
     diagnostics.error(
         Code::kUnreachable, pointer,
-        fmt::format("the goal is out of reach: the arm follows to {:.1f} % of the {}, {:.1f} mm before the goal",
-                    100 * walk.t_end, word, (1.0 - walk.t_end) * way * 1e3),
+        fmt::format("the goal is out of reach: the arm {}", how_far(walk.t_end, word, way)),
         few ? fmt::format("an arm of {} joints cannot turn its tool freely: a {} on which it can keep the orientation, "
                           "or PTP",
                           chain_.joint_count(), word)

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "core/kinematics/types.h"
-#include "core/motion/path_clock.h"
+#include "core/motion/path_point.h"
 
 namespace takt::motion {
 

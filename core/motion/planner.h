@@ -6,9 +6,9 @@
 
 #include "core/base/diagnostics.h"
 #include "core/kinematics/chain.h"
+#include "core/motion/clock_state.h"
 #include "core/motion/limits.h"
 #include "core/motion/path.h"
-#include "core/motion/path_clock.h"
 #include "core/motion/time_law.h"
 
 namespace takt::kinematics {

@@ -88,6 +88,17 @@ void note_situation(Rehearsal& rehearsal) {
                                                     .before = situation_of(rehearsal)}));
 }
 
+/// Where the file puts one of two things that overlap: an object first, since it is moved more easily than a machine.
+std::string pointer_of_either(const command::Cell& cell, const std::string& a, const std::string& b) {
+  for (const std::string& one : {b, a})
+    if (cell.objects.contains(one) && !cell.tool_sides.contains(one)) return "/objects" + pointer_segment(one);
+  for (const std::string& one : {a, b})
+    if (cell.arms.contains(one) || cell.tools.contains(one) || cell.sensors.contains(one) ||
+        cell.tool_sides.contains(one))
+      return "/devices" + pointer_segment(one);
+  return {};
+}
+
 }  // namespace
 
 bool checks_motions(const Rehearsal& rehearsal) {
@@ -95,12 +106,14 @@ bool checks_motions(const Rehearsal& rehearsal) {
 }
 
 /// A part that a gripper without a named one has moved may be any like it: once it is let go nobody knows where it is.
+/// Of an arm whose step failed nothing is checked: what it met from a wrong start would be no fault of the program.
 Situation situation_of(const Rehearsal& rehearsal) {
   Situation situation = believed_situation(rehearsal.cell, rehearsal.q, rehearsal.collisions.widths);
   for (const std::string& object : rehearsal.one_of_many) {
     const int body = rehearsal.cell.shapes->scene.root_of(object);
     if (body >= 0 && !rehearsal.cell.is_held(object)) situation.unknown.insert(body);
   }
+  add_unknown_arms(*rehearsal.cell.shapes, rehearsal.lost, situation);
   return situation;
 }
 
@@ -119,12 +132,13 @@ void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
   };
   const std::vector<bool> all(shapes.scene.bodies().size(), true);
   for (const collision::Hit& hit : check_state(shapes.scene, start.state, all, options)) {
-    FoundCollision one{.step = {},
-                       .pointer = {},
-                       .a = shapes.scene.body(hit.a).name,
-                       .b = shapes.scene.body(hit.b).name,
-                       .distance = hit.distance,
-                       .state = start.state};
+    FoundCollision one{
+        .step = {},
+        .pointer = pointer_of_either(rehearsal.cell, shapes.scene.body(hit.a).owner, shapes.scene.body(hit.b).owner),
+        .a = shapes.scene.body(hit.a).name,
+        .b = shapes.scene.body(hit.b).name,
+        .distance = hit.distance,
+        .state = start.state};
     diagnostics.add(diagnostic_of(one, shapes, Severity::kError));
     if (rehearsal.collisions.found != nullptr) rehearsal.collisions.found->push_back(std::move(one));
   }
@@ -153,7 +167,8 @@ void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const
   if (!checks_motions(rehearsal)) return;
   const CellShapes& shapes = *rehearsal.cell.shapes;
   const auto fingers = shapes.grippers.find(gripper);
-  if (fingers == shapes.grippers.end()) return;
+  if (fingers == shapes.grippers.end() || rehearsal.lost.contains(rehearsal.cell.grippers.find(gripper)->second.arm))
+    return;
   const std::vector<double> to = situation_of(rehearsal).state.q;
   const collision::ContactRules rules(shapes, before);
   const collision::Touching touching = closes ? collision::Touching{gripper} : collision::Touching{};

@@ -53,7 +53,8 @@ void note_report(world::Hold& hold, const device::Gripper& gripper, double width
     hold.force = gripper.sample().force;
 }
 
-/// More than a part weighs cannot be told; less can, where another arm carries the rest.
+/// More than a part weighs cannot be told by its grippers together, but by each of them where the part is handed over;
+/// less can, where another arm carries the rest.
 Diagnostics check_told_mass(const command::Cell& cell, const world::Hold& hold) {
   Diagnostics diagnostics;
   const auto mismatch = payload_mismatch(cell, hold.object);
@@ -144,7 +145,10 @@ void rehearse_grip(const FingerMotion& parameters, const std::string& pointer, R
     if (!hold) return diagnostics.append(hold.error(), pointer);
     note_fingers(rehearsal, parameters.gripper, width, hold->object);
     if (!parameters.part && !hold->object.empty()) rehearsal.one_of_many.insert(hold->object);
-    if (parameters.part_mass > 0.0) rehearsal.told_masses[parameters.gripper] = pointer + "/part_mass_kg";
+    const Diagnostics excess = parameters.part ? check_told_mass(rehearsal.cell, *hold) : Diagnostics();
+    diagnostics.append(excess, pointer);
+    if (parameters.part_mass > 0.0 && excess.empty())
+      rehearsal.told_masses[parameters.gripper] = pointer + "/part_mass_kg";
   }
   if (before) check_fingers(rehearsal, parameters.gripper, *before, !parameters.opens, pointer, diagnostics);
   command::expect_tool_settings(rehearsal.cell);

@@ -42,6 +42,21 @@ Diagnostics check_part(const command::Cell& cell, const std::string& part) {
   return diagnostics;
 }
 
+/// Fingers around something that is fixed to the cell cannot carry it away.
+Diagnostics check_fixed(const command::Cell& cell, const Gripping& gripping, const Eigen::Vector3d& p_WG) {
+  constexpr double kInside_m = 1e-3;  // what lies flat under the fingers is not between them
+  Diagnostics diagnostics;
+  if (!cell.grippers.contains(gripping.gripper)) return diagnostics;
+  for (const auto& [name, object] : cell.objects) {
+    const auto X_WO = cell.frames.pose(name);
+    if (!object.fixed || !X_WO || world::signed_distance(object, X_WO->inverse() * p_WG) > -kInside_m) continue;
+    diagnostics.error(Code::kConflict, "",
+                      fmt::format("'{}', which is between the fingers, is fixed to the cell", name),
+                      "Set \"fixed\": false of this object, or grip another one");
+  }
+  return diagnostics;
+}
+
 /// How the object is in the flange while it is held.
 Result<Isometry3d> held_pose(const command::Cell& cell, const Gripping& gripping, const std::string& object,
                              const Isometry3d& X_WF) {
@@ -101,6 +116,8 @@ Result<world::Hold> take_part(command::Cell& cell, const Gripping& gripping) {
     hold.object = *gripping.part;
   } else {
     hold.object = cell.free_object_at(*X_WF * hold.p_FG, kReach_m).value_or("");
+    if (Diagnostics wrong = check_fixed(cell, gripping, *X_WF * hold.p_FG); hold.object.empty() && wrong.has_errors())
+      return std::unexpected(std::move(wrong));
   }
   if (!hold.object.empty()) {
     const auto X_FO = held_pose(cell, gripping, hold.object, *X_WF);
@@ -137,12 +154,15 @@ Result<std::optional<world::Hold>> leave_part(command::Cell& cell, const Grippin
 
 std::optional<PayloadMismatch> payload_mismatch(const world::Belief& belief, const std::string& object) {
   PayloadMismatch masses{.told = 0.0, .known = belief.mass_of(object).mass};
+  bool all_whole = true, all_told = true;
   for (const std::string& gripper : belief.holders_of(object)) {
     const double told = belief.held.find(gripper)->second.mass;
-    if (told == 0.0) return std::nullopt;  // the rest is that one's
+    all_told = all_told && told > 0.0;
+    all_whole = all_whole && agree({.told = told, .known = masses.known});
     masses.told += told;
   }
-  return agree(masses) ? std::nullopt : std::optional(masses);
+  const bool rest_is_open = !all_told && masses.told < masses.known;
+  return all_whole || rest_is_open || agree(masses) ? std::nullopt : std::optional(masses);
 }
 
 std::optional<PayloadMismatch> told_mismatch(const world::Belief& belief, const std::string& arm, double told) {

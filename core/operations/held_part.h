@@ -35,7 +35,7 @@ Result<std::optional<world::Hold>> leave_part(command::Cell& cell, const Grippin
 [[nodiscard]] std::string standing_frame(const command::Cell& cell, const std::string& name);
 
 /// The masses that programs told for an object that is held, of all its grippers, and what it weighs with all that
-/// stands on it. Nothing: they agree, or one of the two is not known.
+/// stands on it. Nothing: each is its mass, or they are shares that add up to it, or one of the two is not known.
 struct PayloadMismatch {
   double told = 0.0, known = 0.0;  ///< kg
 };

@@ -39,9 +39,11 @@ struct Rehearsal {
   std::set<std::string, std::less<>> estimates;                   ///< poses that have been fitted
   std::map<std::string, std::string, std::less<>> told_masses;    ///< not checked yet: gripper, pointer of the mass
   std::set<std::string, std::less<>> one_of_many;  ///< objects that a grip moved without a name: it may be any like it
-  double duration = 0.0;                           ///< s, of all planned motions and waits
-  std::int64_t most_rounds = 2;                    ///< of sequences that do the same each time
-  std::int64_t effort = 0;                         ///< nodes that were played
+  /// Arms of which a step failed: where they are after it, and with them what they hold, is not known.
+  std::set<std::string> lost = {};
+  double duration = 0.0;                                  ///< s, of all planned motions and waits
+  std::int64_t most_rounds = 2;                           ///< of sequences that do the same each time
+  std::int64_t effort = 0;                                ///< nodes that were played
   std::set<std::string, std::less<>>* claimed = nullptr;  ///< gets the devices that nets drive; may be null
   net::Environment* devices = nullptr;                    ///< nets are verified with them; null: they are not
   std::string step;                                       ///< name of the step that is played

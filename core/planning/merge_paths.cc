@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/planning/path_search.h"
+#include "core/planning/path_query.h"
 
 namespace takt::planning {
 namespace {

@@ -108,16 +108,6 @@ class Search {
 
 }  // namespace
 
-double length_of(const JointVector& from, const JointVector& to, const JointVector& speed) {
-  return (to - from).cwiseQuotient(speed).norm();
-}
-
-double length_of(const std::vector<JointVector>& points, const JointVector& speed) {
-  double length = 0.0;
-  for (std::size_t i = 0; i + 1 < points.size(); ++i) length += length_of(points[i], points[i + 1], speed);
-  return length;
-}
-
 std::optional<FoundPath> find_path(FreeSpace& space, const Query& query) { return Search(space, query).run(); }
 
 }  // namespace takt::planning

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/planning/path_search.h"
+#include "core/planning/path_query.h"
 
 namespace takt::planning {
 namespace {

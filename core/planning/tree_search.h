@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/planning/path_search.h"
+#include "core/planning/path_query.h"
 
 namespace takt::planning {
 

@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
+#include "core/motion/path_clock.h"
 #include "core/net/registry.h"
 #include "core/net/setup.h"
 #include "tests/core/rcc/fixture.h"

@@ -295,6 +295,9 @@ class Films(WithFolder):
         self.assertEqual(pathlib.Path(run["film"]).parent, films)
         length = min(3.0, run["run"]["sim_time"]) + 1.0
         self.assertAlmostEqual(self.frames(run["film"]), 25 * length, delta=3)
+        cache = {**os.environ, "XDG_CACHE_HOME": str(self.path / "cache")}
+        run = json.loads(self.good("verify", file, "--json", status=1, env=cache).stdout)["scenarios"][0]
+        self.assertEqual(pathlib.Path(run["film"]).parent, self.path / "cache/takt/failures", "nothing lies in the current folder")
         self.good("verify", file, "--failures", self.path / "none", "--no-film", status=1)
         self.assertFalse((self.path / "none").exists())
         self.assertNotIn("film", json.loads(self.good("verify", self.write(SHORT), "--failures", films, "--json").stdout)["scenarios"][0])

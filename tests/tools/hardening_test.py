@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 import unittest
+import xml.etree.ElementTree
 
 TAKT = pathlib.Path(sys.argv.pop(1)).resolve()
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -122,12 +123,63 @@ class Signals(WithFolder):
         self.assertEqual(run.returncode, 130)
         self.assertLess(time.monotonic() - begin, 15)
 
+    def test_an_interrupt_leaves_neither_temporary_files_nor_half_a_film(self):
+        temporary, film, record = self.path / "tmp", self.path / "film.mp4", self.path / "a.mcap"
+        temporary.mkdir()
+        self.assertEqual(takt("run", TOUCH, "--record", record).returncode, 0)
+        film.write_text("the film of yesterday")
+        for arguments in (("render", record, "--video", film), ("compare", record, record, "--report", self.path / "c.html", "--films"),
+                          ("run", "--resim", record), ("replay", record)):
+            verb = self.start(*arguments, env={**os.environ, "TMPDIR": str(temporary)})
+            self.wait_for(lambda: any(temporary.iterdir()))
+            time.sleep(0.5)
+            verb.send_signal(signal.SIGINT)
+            verb.communicate(timeout=60)
+            self.assertEqual(verb.returncode, 130, arguments[0])
+            self.wait_for(lambda: not any(temporary.iterdir()), seconds=10)
+            self.assertEqual(film.read_text(), "the film of yesterday")
+        self.assertEqual(sorted(file.name for file in self.path.iterdir()), ["a.mcap", "film.mp4", "tmp"])
+
+    def test_the_report_of_an_interrupted_verify_says_so(self):
+        out = self.path / "junit.xml"
+        verify = self.start("verify", ROOT / "scenarios", "--junit", out)
+        time.sleep(2)
+        verify.send_signal(signal.SIGINT)
+        verify.communicate(timeout=60)
+        self.assertEqual(verify.returncode, 130)
+        suites = xml.etree.ElementTree.parse(out).getroot()
+        count = lambda what: sum(int(suite.get(what)) for suite in suites)  # noqa: E731
+        self.assertGreaterEqual(count("errors"), 1)
+        self.assertGreaterEqual(count("skipped"), 1, "what was not run or not judged")
+        self.assertEqual(count("failures"), 0)
+
+    def test_a_report_that_cannot_be_written_is_refused_first(self):
+        begin = time.monotonic()
+        for arguments in (("verify", ROOT / "scenarios", "--junit", self.path / "none/out.xml"),
+                          ("verify", TOUCH, "--seeds", "9", "--report", self.path / "none/out.html")):
+            self.refused(*arguments, said="none")
+        self.assertLess(time.monotonic() - begin, 20)
+
     def test_other_verbs_end_with_130(self):
         film = self.start("verify", ROOT / "scenarios")
         time.sleep(1)
         film.send_signal(signal.SIGTERM)
         film.communicate(timeout=60)
         self.assertEqual(film.returncode, 130)
+
+
+class CutRecordings(WithFolder):
+    def test_a_recording_that_was_cut_is_replayed_as_far_as_it_goes(self):
+        record = self.path / "a.mcap"
+        self.assertEqual(takt("run", TOUCH, "--record", record).returncode, 0)
+        whole = json.loads(takt("replay", record, "--json").stdout)
+        record.write_bytes(record.read_bytes()[:record.stat().st_size * 7 // 10])
+        replay = takt("replay", record, "--json")
+        self.assertEqual(replay.returncode, 0, replay.stdout + replay.stderr)
+        cut = json.loads(replay.stdout)
+        self.assertLess(cut["cycles"], whole["cycles"])
+        self.assertEqual(cut["end"]["cycle"], cut["cycles"] - 1)
+        self.assertIsNone(cut["end"]["first_difference"])
 
 
 class Limits(WithFolder):

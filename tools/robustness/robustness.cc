@@ -61,6 +61,8 @@ ExpectationSpread& entry_for(std::vector<ExpectationSpread>& all, const JudgedEx
   return all.emplace_back(ExpectationSpread{.name = judged.name, .kind = judged.kind});
 }
 
+std::string cut_off_text(std::size_t count) { return count > 0 ? fmt::format(", {} cut off", count) : ""; }
+
 }  // namespace
 
 Spread spread_of(std::vector<double> values) {
@@ -86,6 +88,10 @@ std::size_t Robustness::passed() const {
   return static_cast<std::size_t>(std::ranges::count_if(variations, &Variation::passed));
 }
 
+std::size_t Robustness::interrupted() const {
+  return static_cast<std::size_t>(std::ranges::count_if(variations, &Variation::interrupted));
+}
+
 bool Robustness::all_ended_in_order() const { return std::ranges::all_of(variations, &Variation::ended_in_order); }
 
 double Robustness::share_at_least() const {
@@ -95,7 +101,7 @@ double Robustness::share_at_least() const {
   if (passed() == 0) return 0.0;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = 0.5 * (low + high);
-    (at_least_successes(passed(), variations.size(), middle) < kRisk ? low : high) = middle;
+    (at_least_successes(passed(), variations.size() - interrupted(), middle) < kRisk ? low : high) = middle;
   }
   return low;
 }
@@ -103,8 +109,9 @@ double Robustness::share_at_least() const {
 std::vector<ExpectationSpread> Robustness::expectations() const {
   std::vector<ExpectationSpread> all;
   for (const Variation& variation : variations) {
-    if (!variation.report) continue;
+    if (!variation.report || variation.interrupted()) continue;
     for (const JudgedExpectation& judged : variation.report->expectations) {
+      if (!judged.judged) continue;
       ExpectationSpread& entry = entry_for(all, judged);
       entry.judged.push_back({.seed = variation.seed, .passed = judged.passed, .value = judged.value});
       // What never came to be measured has neither.
@@ -133,10 +140,13 @@ Json to_json(const Robustness& robustness) {
   Json variations = Json::array(), expectations = Json::array();
   for (const Variation& one : robustness.variations) variations.push_back(to_json(one));
   for (const ExpectationSpread& one : robustness.expectations()) expectations.push_back(to_json(one));
-  return {{"result", robustness.holds() ? "passed" : "failed"},
+  return {{"result", robustness.interrupted() > 0 ? "interrupted"
+                     : robustness.holds()         ? "passed"
+                                                  : "failed"},
           {"file", robustness.file},
           {"seeds", robustness.variations.size()},
           {"passed", robustness.passed()},
+          {"interrupted", robustness.interrupted()},
           {"needed", robustness.needed},
           {"share_at_least", robustness.share_at_least()},
           {"wall_time", robustness.wall_s},
@@ -146,9 +156,9 @@ Json to_json(const Robustness& robustness) {
 }
 
 std::string to_text(const Robustness& robustness) {
-  std::string text =
-      fmt::format("{}: {} of {} seeds passed ({} needed) in {:.1f} s\n", robustness.file, robustness.passed(),
-                  robustness.variations.size(), robustness.needed, robustness.wall_s);
+  std::string text = fmt::format("{}: {} of {} seeds passed ({} needed){} in {:.1f} s\n", robustness.file,
+                                 robustness.passed(), robustness.variations.size(), robustness.needed,
+                                 cut_off_text(robustness.interrupted()), robustness.wall_s);
   for (const ExpectationSpread& one : robustness.expectations()) {
     const Spread spread = one.spread();
     text += fmt::format("  {:>3}/{:<3} {}", one.passed(), one.judged.size(), one.name);

@@ -43,6 +43,7 @@ struct Robustness {
   int jobs = 1;         ///< that ran at a time
 
   [[nodiscard]] std::size_t passed() const;
+  [[nodiscard]] std::size_t interrupted() const;
   [[nodiscard]] bool all_ended_in_order() const;
   /// Enough have passed, and whatever did not ended with a report.
   [[nodiscard]] bool holds() const { return passed() >= needed && all_ended_in_order(); }

@@ -48,6 +48,7 @@ JudgedExpectation read_judged(const Json& json) {
           .measured = text_at(json, "measured"),
           .unit = text_at(json, "unit"),
           .passed = passed != json.end() && passed->is_boolean() && passed->get<bool>(),
+          .judged = json.value("judged", true),
           .value = number_at(json, "value"),
           .lower = number_at(json, "lower"),
           .upper = number_at(json, "upper")};
@@ -76,7 +77,7 @@ std::optional<RunSummary> read_report(const std::string& text) {
 std::string unmet(const std::vector<JudgedExpectation>& expectations) {
   std::string text;
   for (const JudgedExpectation& one : expectations)
-    if (!one.passed) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", one.name, one.measured);
+    if (!one.passed && one.judged) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", one.name, one.measured);
   return text;
 }
 
@@ -101,6 +102,7 @@ double Variation::sim_time() const { return report ? report->sim_time : 0.0; }
 
 std::string Variation::message() const {
   if (passed()) return {};
+  if (interrupted()) return "interrupted";
   if (report) return report->error.empty() ? unmet(report->expectations) : report->error;
   const std::string how = end.signal != 0 ? fmt::format("by signal {}", end.signal) : "without a report";
   return fmt::format("the process ended {}: {}", how, last_line(end.errors));

@@ -25,7 +25,7 @@ struct VariationPlan {
 /// What a run found of one expectation.
 struct JudgedExpectation {
   std::string name, kind, measured = {}, unit = {};
-  bool passed = false;
+  bool passed = false, judged = true;                        ///< not judged: it counts neither as passed nor as failed
   std::optional<double> value = {}, lower = {}, upper = {};  ///< in `unit`
 };
 
@@ -46,6 +46,7 @@ struct Variation {
   std::string film = {};                  ///< MP4, the last seconds; empty: not filmed
 
   [[nodiscard]] bool passed() const { return end.status == 0; }
+  /// It was cut off, so that it says nothing: neither passed nor failed.
   [[nodiscard]] bool interrupted() const;
   /// It passed, or it ended by itself with a report that says why not.
   [[nodiscard]] bool ended_in_order() const { return report.has_value(); }

@@ -11,6 +11,7 @@
 #include "core/command/command_tree.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
+#include "core/motion/path_clock.h"
 
 namespace takt::command {
 namespace {

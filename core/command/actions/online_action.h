@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "core/command/action.h"
+#include "core/command/actions/force_control_parameters.h"
 
 /// Actions that find their set points in the cycle, from sensors; they need no plan and go on until they are cancelled,
 /// and come to rest then. Realtime: setup.
@@ -31,26 +32,6 @@ struct TrackingParameters {
 /// to the last one. Offers `arrived`, `error`: there is no target.
 [[nodiscard]] Action follow(const JointsSensor& target, double velocity = 1.0, double acceleration = 1.0);
 
-/// How a force is brought up and held (primitives ForceController, ServoStiffness; docs/force-control.md).
-struct ForceControlParameters {
-  double force = 10.0;              ///< with which the tool shall press, N
-  double approach_velocity = 0.01;  ///< while nothing is touched, m/s
-  double contact_force = 1.0;       ///< from here on there is contact, N
-  double release_share = 0.5;       ///< of contact_force: below it there is none any more
-  double release_time = 0.05;       ///< for so long at least, s
-  double band = 0.1;                ///< share of the force: so far off still counts as at force
-  /// Velocity for a lack of force, m/s/N; nothing: from the arm's stiffness and delay. At most twice that counts.
-  std::optional<double> gain = {};
-  bool surface_moves = true;        ///< an integral part follows a surface that comes or goes under the tool
-  bool measures_stiffness = false;  ///< a soft surface raises the gain while the force is brought up
-  double sensor_delay = 1e-3;       ///< from a force to when it is known, s
-  double velocity_max = 0.02;       ///< m/s
-  double acceleration_max = 1.0;    ///< m/s^2
-  /// How fast the approach begins, m/s^2; 0: acceleration_max. A sensor feels the tool that is accelerated.
-  double approach_acceleration = 0.0;
-
-  bool operator==(const ForceControlParameters&) const = default;
-};
 /// Presses along a direction, in the axes of a task frame that is given in the arm's base.
 /// @param pressing  with which the tool presses along that direction, N (pressing_force)
 /// Offers `in_contact`, `at_force`, `error`: the force is not known; then the arm comes to rest.

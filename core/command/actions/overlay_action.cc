@@ -16,6 +16,7 @@
 #include "core/expression/frame_stretches.h"
 #include "core/kinematics/inverse.h"
 #include "core/motion/motion_state.h"
+#include "core/motion/path_clock.h"
 #include "core/net/value_json.h"
 
 namespace takt::command {

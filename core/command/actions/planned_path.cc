@@ -6,6 +6,7 @@
 #include "core/command/actions/linked_primitive.h"
 #include "core/expression/device_sensors.h"
 #include "core/motion/path.h"
+#include "core/motion/path_clock.h"
 
 namespace takt::command {
 namespace {

@@ -1,6 +1,10 @@
 #pragma once
 
-#include "core/command/actions/online_action.h"
+#include <optional>
+#include <string>
+
+#include "core/command/action.h"
+#include "core/command/actions/force_control_parameters.h"
 
 namespace takt::command {
 

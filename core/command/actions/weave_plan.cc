@@ -14,6 +14,7 @@
 #include "core/kinematics/inverse.h"
 #include "core/motion/clock_bounds.h"
 #include "core/motion/motion_state.h"
+#include "core/motion/path_clock.h"
 
 namespace takt::command {
 namespace {

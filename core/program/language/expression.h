@@ -87,7 +87,4 @@ struct Function {
 /// All functions, by name.
 [[nodiscard]] const std::vector<Function>& functions();
 
-/// Of a unit text without variables; none of a malformed one.
-[[nodiscard]] net::Dimension unit_dimension(std::string_view unit);
-
 }  // namespace takt::activity

@@ -282,9 +282,4 @@ Result<Expression> Expression::parse(std::string_view text) {
 
 bool is_expression(std::string_view text) { return text.starts_with('$') && !text.starts_with("$$"); }
 
-net::Dimension unit_dimension(std::string_view unit) {
-  const auto terms = net::parse_unit(unit);
-  return terms && terms->size() == 1 ? terms->front().dimension : net::Dimension{};
-}
-
 }  // namespace takt::activity

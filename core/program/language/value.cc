@@ -8,8 +8,6 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "core/program/language/expression.h"
-
 namespace takt::activity {
 namespace {
 
@@ -53,6 +51,11 @@ void adopt(const Type& place, Value& value) {
 }
 
 }  // namespace
+
+net::Dimension unit_dimension(std::string_view unit) {
+  const auto terms = net::parse_unit(unit);
+  return terms && terms->size() == 1 ? terms->front().dimension : net::Dimension{};
+}
 
 std::string to_string(const Type& type) {
   if (type.kind == Type::Kind::kList) return "list of " + to_string(type.element.front());

@@ -33,6 +33,9 @@ struct Type {
   static Type list_of(Type element) { return {Kind::kList, {}, {std::move(element)}}; }
 };
 
+/// The dimension of a unit such as "N/m"; none of a malformed one.
+[[nodiscard]] net::Dimension unit_dimension(std::string_view unit);
+
 /// "number in m", "list of pose", ... for people.
 [[nodiscard]] std::string to_string(const Type& type);
 /// True if a variable of type `wanted` may take a value of type `given`. A number without a unit takes that of its

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/program/tree/node.h"
+#include "core/program/tree/strand.h"
 
 namespace takt::activity {
 namespace {
@@ -64,7 +65,7 @@ class CallRun final : public NodeRun {
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!run_) {
       if (cancelled_) return Outcome::kDone;
-      if (const Outcome ready = node_.looks(execution.context.cell) ? execution.settle(diagnostics) : Outcome::kDone;
+      if (const Outcome ready = node_.looks(execution.context.cell) ? settle(execution, diagnostics) : Outcome::kDone;
           ready != Outcome::kDone)
         return ready;
       if (!execution.spend(node_.pointer, diagnostics) || !begin(execution, diagnostics)) return Outcome::kFailed;
@@ -77,7 +78,7 @@ class CallRun final : public NodeRun {
       ended_ = true;
     }
     const bool tells = node_.program->result && !node_.as.empty();
-    if (const Outcome ready = tells ? execution.settle_for(*node_.program->result, diagnostics) : Outcome::kDone;
+    if (const Outcome ready = tells ? settle_for(execution, *node_.program->result, diagnostics) : Outcome::kDone;
         ready != Outcome::kDone || cancelled_)
       return ready;
     Diagnostics own;

@@ -93,7 +93,7 @@ class LeafRun final : public NodeRun {
     if (!begun_) {
       if (cancelled_) return Outcome::kDone;
       const bool looks = node_.looks(execution.context.cell);
-      if (const Outcome ready = looks ? execution.settle(diagnostics) : Outcome::kDone; ready != Outcome::kDone)
+      if (const Outcome ready = looks ? settle(execution, diagnostics) : Outcome::kDone; ready != Outcome::kDone)
         return ready;
       if (!execution.may_begin(node_)) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
@@ -138,7 +138,7 @@ class LeafRun final : public NodeRun {
       const bool other_tool = changes_tool(cell, step.arm_tools());
       const bool goes_on =
           step.moved_arm() == execution.strand->open_arm() && !other_tool && step.may_go_on(execution.context.cell);
-      if (const Outcome ready = goes_on ? Outcome::kDone : execution.settle(diagnostics); ready != Outcome::kDone)
+      if (const Outcome ready = goes_on ? Outcome::kDone : settle(execution, diagnostics); ready != Outcome::kDone)
         return ready;
       if (!goes_on && is_waiting_for_tool(step, cell)) return Outcome::kRunning;
       // What it would go on with may have failed, or ended, meanwhile.
@@ -262,6 +262,17 @@ class LeafRun final : public NodeRun {
 
 std::unique_ptr<NodeRun> LeafNode::begin(Scope& scope) const { return std::make_unique<LeafRun>(*this, scope); }
 
+namespace {
+
+/// A collision is found on the way to an end that is known all the same.
+bool fails_before_its_end(const Diagnostics& diagnostics) {
+  return std::ranges::any_of(diagnostics.list(), [](const Diagnostic& one) {
+    return one.severity == Severity::kError && one.code != Code::kCollision;
+  });
+}
+
+}  // namespace
+
 void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const {
   if (!spend_rehearsal(rehearsal, *this, diagnostics)) return;
   const auto planned = [&](const std::string& arm) { return rehearsal.q[arm]; };
@@ -287,7 +298,11 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
     command::expect_tool_settings(rehearsal.cell);
     rehearsal.step = instance.name;
     const auto before = rehearsal.q;
-    instance.step->rehearse(rehearsal, instance.pointer, diagnostics);
+    Diagnostics found;
+    instance.step->rehearse(rehearsal, instance.pointer, found);
+    if (fails_before_its_end(found))
+      for (const ArmTool& used : tools) rehearsal.lost.insert(used.arm);
+    diagnostics.append(found);
     if (!is_motion) lose_time(rehearsal);
     see_flanges(rehearsal.cell, planned);
     check_told_masses(before, rehearsal, diagnostics);

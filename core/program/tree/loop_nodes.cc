@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/program/tree/question.h"
+#include "core/program/tree/strand.h"
 
 namespace takt::activity {
 namespace {
@@ -148,7 +149,7 @@ class RepeatRun final : public NodeRun {
     if (cancelled_) return Outcome::kDone;
     if (node_.kind == RepeatNode::Kind::kTimes) {
       if (!total_) {
-        const Outcome ready = execution.settle_for(node_.times, diagnostics);
+        const Outcome ready = settle_for(execution, node_.times, diagnostics);
         if (ready != Outcome::kDone) return ready;
         if (!find_total(execution, diagnostics)) return Outcome::kFailed;
       }
@@ -192,8 +193,9 @@ class RepeatRun final : public NodeRun {
   }
 
   Outcome too_often(Diagnostics& diagnostics) const {
-    diagnostics.error(Code::kConditionNotMet, node_.pointer, fmt::format("not finished after {} rounds", node_.at_most),
-                      "a larger \"at_most\", or a condition that comes true");
+    diagnostics.error(Code::kConditionNotMet, node_.pointer,
+                      fmt::format("'{}' was not finished after {} rounds", node_.name, node_.at_most),
+                      "Increase at_most, or let the condition come true before");
     return Outcome::kFailed;
   }
 
@@ -301,7 +303,7 @@ class ForEachRun final : public NodeRun {
 
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!values_) {
-      const Outcome ready = execution.settle_for(node_.elements(), diagnostics);
+      const Outcome ready = settle_for(execution, node_.elements(), diagnostics);
       if (ready != Outcome::kDone) return ready;
       if (!find_values(execution, diagnostics)) return Outcome::kFailed;
     }
@@ -438,6 +440,10 @@ std::unique_ptr<Node> parse_repeat(const Json& json, const std::string& pointer,
     node->times = parser.value(*times, reader.at("times"), Type::number());
     if (node->times.constant() && parser.diagnostics().list().size() == before)
       (void)node->rounds({}, parser.diagnostics());
+    if (reader.child("at_most") != nullptr)
+      parser.diagnostics().error(Code::kConflict, reader.at("at_most"),
+                                 "'at_most' beside 'times', which says how often it runs",
+                                 "Remove one of them; at_most goes with 'while' and 'until'");
   } else {
     node->kind = when ? RepeatNode::Kind::kWhile : RepeatNode::Kind::kUntil;
     node->condition = Question::parse(when ? *when : *until, reader.at(when ? "while" : "until"), parser);

@@ -5,8 +5,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/program/tree/strand.h"
-
 namespace takt::activity {
 namespace {
 
@@ -77,13 +75,6 @@ std::string messages_of(const Diagnostics& diagnostics) {
   std::string text;
   for (const Diagnostic& diagnostic : diagnostics.list()) text += (text.empty() ? "" : "; ") + diagnostic.message;
   return text;
-}
-
-Outcome Execution::settle(Diagnostics& diagnostics) { return strand->settle(Outcome::kDone, *this, diagnostics); }
-
-Outcome Execution::settle_for(const std::vector<Declaration>& declarations, Diagnostics& diagnostics) {
-  const auto changes = [&](const Declaration& one) { return one.initial && one.initial->changes(context.cell); };
-  return std::ranges::any_of(declarations, changes) ? settle(diagnostics) : Outcome::kDone;
 }
 
 EvalContext Execution::sight(const Scope& scope) const {

@@ -75,12 +75,6 @@ struct Execution {
   Outcome advance_in(const std::string& name, NodeRun& run, Diagnostics& diagnostics, std::int64_t round = 0);
   /// Where in the tree something happens now: names from the root on, " / " between them; empty outside of the tree.
   [[nodiscard]] std::string path() const;
-  /// What asks the machines waits until the motion that was left open is over. @return kDone: go on
-  Outcome settle(Diagnostics& diagnostics);
-  Outcome settle_for(const ValueTemplate& piece, Diagnostics& diagnostics) {
-    return piece.changes(context.cell) ? settle(diagnostics) : Outcome::kDone;
-  }
-  Outcome settle_for(const std::vector<Declaration>& declarations, Diagnostics& diagnostics);
   [[nodiscard]] EvalContext sight(const Scope& scope) const;
 
   /// A node on the way from the root to what is being advanced.

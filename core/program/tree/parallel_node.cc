@@ -117,7 +117,7 @@ class ParallelRun final : public NodeRun {
   /// does if it is to.
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (!begun_) {
-      const Outcome ready = execution.settle(diagnostics);
+      const Outcome ready = settle(execution, diagnostics);
       if (ready != Outcome::kDone) return ready;
       begun_ = true;
     }

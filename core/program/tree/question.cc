@@ -1,4 +1,5 @@
 #include "core/program/tree/question.h"
+#include "core/program/tree/strand.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -65,7 +66,7 @@ std::optional<bool> Question::rehearse(Rehearsal& rehearsal, const Scope& scope,
 
 Progress QuestionRun::advance(Execution& execution, Diagnostics& diagnostics) {
   const Outcome ready =
-      question_.immediate_ ? execution.settle_for(question_.piece_, diagnostics) : execution.settle(diagnostics);
+      question_.immediate_ ? settle_for(execution, question_.piece_, diagnostics) : settle(execution, diagnostics);
   if (ready != Outcome::kDone) return ready == Outcome::kRunning ? Progress::kRunning : Progress::kFailed;
   if (question_.immediate_) {
     Diagnostics own;

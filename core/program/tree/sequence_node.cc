@@ -8,6 +8,7 @@
 
 #include "core/base/object_reader.h"
 #include "core/program/tree/node.h"
+#include "core/program/tree/strand.h"
 
 namespace takt::activity {
 namespace {
@@ -153,7 +154,7 @@ class SequenceRun final : public NodeRun {
       ended_ = round_ >= node_.times || node_.children.empty();
       if (ended_) return Outcome::kDone;
       if (!declared_) {
-        const Outcome ready = execution.settle_for(node_.variables, diagnostics);
+        const Outcome ready = settle_for(execution, node_.variables, diagnostics);
         if (ready != Outcome::kDone) return ready;
         if (!declare_variables(execution, diagnostics)) return Outcome::kFailed;
         const Diagnostics taken = node_.check_frames(execution.context.cell);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/program/tree/question.h"
+#include "core/program/tree/strand.h"
 
 namespace takt::activity {
 namespace {
@@ -29,7 +30,7 @@ class ImmediateRun final : public NodeRun {
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (cancelled_) return Outcome::kDone;
     const bool looks = node_.looks(execution.context.cell);
-    if (const Outcome ready = looks ? execution.settle(diagnostics) : Outcome::kDone; ready != Outcome::kDone)
+    if (const Outcome ready = looks ? settle(execution, diagnostics) : Outcome::kDone; ready != Outcome::kDone)
       return ready;
     if (!execution.may_begin(node_)) return Outcome::kRunning;
     if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
@@ -160,7 +161,7 @@ class UntilRun final : public NodeRun {
   Outcome advance(Execution& execution, Diagnostics& diagnostics) override {
     if (begun_ < 0) {
       if (cancelled_) return Outcome::kDone;
-      if (const Outcome ready = execution.settle(diagnostics); ready != Outcome::kDone) return ready;
+      if (const Outcome ready = settle(execution, diagnostics); ready != Outcome::kDone) return ready;
       if (!execution.may_begin(node_)) return Outcome::kRunning;
       if (!execution.spend(node_.pointer, diagnostics)) return Outcome::kFailed;
       begun_ = execution.context.core.cycle();

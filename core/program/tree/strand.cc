@@ -28,6 +28,21 @@ Progress Strand::advance(Execution& execution, Diagnostics& diagnostics) {
   return progress;
 }
 
+Outcome settle(Execution& execution, Diagnostics& diagnostics) {
+  return execution.strand->settle(Outcome::kDone, execution, diagnostics);
+}
+
+Outcome settle_for(Execution& execution, const ValueTemplate& piece, Diagnostics& diagnostics) {
+  return piece.changes(execution.context.cell) ? settle(execution, diagnostics) : Outcome::kDone;
+}
+
+Outcome settle_for(Execution& execution, const std::vector<Declaration>& declarations, Diagnostics& diagnostics) {
+  const auto changes = [&](const Declaration& one) {
+    return one.initial && one.initial->changes(execution.context.cell);
+  };
+  return std::ranges::any_of(declarations, changes) ? settle(execution, diagnostics) : Outcome::kDone;
+}
+
 Outcome Strand::settle(Outcome outcome, Execution& execution, Diagnostics& diagnostics) {
   if (outcome == Outcome::kFailed && open_) open_->run->cancel(execution.context);
   const Progress progress = advance(execution, diagnostics);

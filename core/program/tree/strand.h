@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -61,6 +62,12 @@ class Strand {
   std::unique_ptr<OpenStep> open_;
   int opened_ = 0, failed_ = 0, protected_ = 0;
 };
+
+/// Waits until the motion that was left open is over, before something asks the machines. @return kDone: go on
+Outcome settle(Execution& execution, Diagnostics& diagnostics);
+/// The same, if what a value is worth changes while machines move.
+Outcome settle_for(Execution& execution, const ValueTemplate& piece, Diagnostics& diagnostics);
+Outcome settle_for(Execution& execution, const std::vector<Declaration>& declarations, Diagnostics& diagnostics);
 
 /// The frames that a step's poses were put into (ValueTemplate::resolve), in `steps` under names of their own, so that
 /// another round of the same step does not move them. @return name and pose of each

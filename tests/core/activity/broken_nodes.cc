@@ -123,6 +123,7 @@ std::vector<BrokenRule> loops() {
       {R"({"do": "repeat", "times": 2, "while": "$true")" + steps, "", Code::kMissing, {"times"}},
       {R"({"do": "repeat", "times": 2.5)" + steps, "/times", Code::kOutOfRange, {"2.5", "0", "1000000"}},
       {R"({"do": "repeat", "times": 2, "as": "and")" + steps, "/as", Code::kInvalidName, {"and"}},
+      {R"({"do": "repeat", "times": 2, "at_most": 5)" + steps, "/at_most", Code::kConflict, {"times", "at_most"}},
       {R"({"do": "repeat", "while": "$true", "at_most": 0)" + steps,
        "/at_most",
        Code::kOutOfRange,

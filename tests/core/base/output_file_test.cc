@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace takt {
 namespace {
@@ -87,6 +89,44 @@ TEST_F(OutputFile, WhatIsReadIsNotOverwritten) {
   const fs::path fifo = folder_.path() / "fifo";
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
   EXPECT_TRUE(check_output(fifo, {}).has_errors());
+}
+
+/// Found before the work whose report it is to be, not after it.
+TEST_F(OutputFile, WhatCannotBeWrittenIsRefusedBeforehand) {
+  EXPECT_THAT(check_output(folder_.path() / "none" / "a", {}, "--report"), Reports(Code::kFileNotWritable, "--report"));
+  EXPECT_TRUE(check_output("a name without a folder", {}).empty());
+  EXPECT_TRUE(check_output("/dev/null", {}).empty());
+  if (geteuid() == 0) return;  // who may write everywhere
+  fs::permissions(folder_.path(), fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_TRUE(check_output(folder_.path() / "a", {}).has_errors());
+  fs::permissions(folder_.path(), fs::perms::owner_all);
+}
+
+/// What a handler of a signal calls: files and folders with all that is in them, but not those of another process.
+TEST_F(OutputFile, WhatIsNotWholeGoesWithTheProcess) {
+  const auto file = TemporaryFile::create(".mcap");
+  const auto folder = TemporaryFolder::create();
+  ASSERT_TRUE(file && folder);
+  fs::create_directories(folder->path() / "deep" / "deeper");
+  for (int i = 0; i < 300; ++i)
+    ASSERT_TRUE(write_file(folder->path() / "deep" / ("file " + std::to_string(i)), "text").empty());
+  const pid_t child = fork();
+  if (child == 0) {
+    remove_unfinished();
+    _exit(0);
+  }
+  ASSERT_GT(child, 0);
+  waitpid(child, nullptr, 0);
+  EXPECT_TRUE(fs::exists(file->path()) && fs::exists(folder->path() / "deep" / "file 7")) << "they are not the child's";
+  const fs::path whole = fs::path(testing::TempDir()) / "whole.txt";
+  { const Unfinished finished(whole); }
+  ASSERT_TRUE(write_file(whole, "whole").empty());
+  remove_unfinished();
+  EXPECT_FALSE(fs::exists(file->path()));
+  EXPECT_FALSE(fs::exists(folder->path()));
+  EXPECT_FALSE(fs::exists(folder_.path())) << "of the fixture: the same";
+  EXPECT_EQ(content_of(whole), "whole");
+  fs::remove(whole);
 }
 
 TEST_F(OutputFile, TemporariesHaveNamesOfTheirOwnAndGo) {

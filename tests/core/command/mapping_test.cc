@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
+#include "core/motion/path_clock.h"
 #include "core/net/value_json.h"
 #include "tests/core/command/command_cell.h"
 #include "tests/support/reports.h"

@@ -1,4 +1,5 @@
 #include "tests/core/motion/motion_runs.h"
+#include "core/motion/path_clock.h"
 
 #include <algorithm>
 #include <memory>

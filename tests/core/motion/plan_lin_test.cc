@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/kinematics/inverse.h"
+#include "core/motion/path_clock.h"
 #include "core/motion/planner.h"
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/shortest_time.h"

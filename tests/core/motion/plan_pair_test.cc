@@ -1,5 +1,6 @@
 // Two arms that move one frame together: the same law, the same place of the frame, all limits of both.
 #include "core/motion/plan_pair.h"
+#include "core/motion/path_clock.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

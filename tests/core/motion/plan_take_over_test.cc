@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/motion/motion_state.h"
+#include "core/motion/path_clock.h"
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/random_paths.h"
 #include "tests/support/reports.h"

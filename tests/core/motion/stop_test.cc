@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "core/motion/path_clock.h"
 #include "tests/core/motion/motion_runs.h"
 #include "tests/core/motion/random_paths.h"
 #include "tests/support/reports.h"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/device/arm_agent.h"
+#include "core/motion/path_clock.h"
 #include "tests/core/rcc/fixture.h"
 
 namespace takt::test {

@@ -6,6 +6,7 @@
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
 #include "core/kinematics/chain.h"
+#include "core/motion/path_clock.h"
 #include "core/motion/planner.h"
 #include "tests/core/rcc/fixture.h"
 #include "tests/support/allocation_guard.h"

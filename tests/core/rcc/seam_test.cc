@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/motion/path_clock.h"
 #include "core/net/stop_bound.h"
 #include "tests/core/rcc/fixture.h"
 #include "tests/support/allocation_guard.h"

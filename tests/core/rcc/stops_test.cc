@@ -7,6 +7,7 @@
 #include "core/base/clock.h"
 #include "core/device/arm_agent.h"
 #include "core/device/emergency_stop.h"
+#include "core/motion/path_clock.h"
 #include "core/rcc/realtime_clock.h"
 #include "tests/core/rcc/fixture.h"
 

@@ -48,6 +48,19 @@ TEST(RobustnessReport, CountsWhatPassedAndSpreadsWhatWasMeasured) {
   EXPECT_EQ(expectations[0].lower, std::nullopt);
 }
 
+/// A run that was cut off says nothing about the program.
+TEST(RobustnessReport, WhatWasCutOffCountsNeitherAsPassedNorAsFailed) {
+  Robustness robustness = three_of_four();
+  robustness.variations.push_back(ended(5, 130, 99));
+  EXPECT_EQ(robustness.passed(), 3u);
+  EXPECT_EQ(robustness.interrupted(), 1u);
+  EXPECT_EQ(robustness.expectations().at(0).judged.size(), 4u);
+  EXPECT_EQ(robustness.expectations().at(0).spread().greatest, 31);
+  EXPECT_EQ(robustness.share_at_least(), three_of_four().share_at_least());
+  EXPECT_THAT(robustness.variations[4].message(), Not(HasSubstr("gently")));
+  EXPECT_EQ(to_json(robustness)["result"], "interrupted");
+}
+
 TEST(RobustnessReport, HoldsOnlyIfEnoughPassAndEveryFailureEndedInOrder) {
   Robustness robustness = three_of_four();
   robustness.needed = 4;
