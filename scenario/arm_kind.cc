@@ -7,12 +7,8 @@
 
 #include "core/device/arm_force.h"
 #include "core/device/device_file.h"
-<<<<<<< HEAD
-#include "core/device/plant_file.h"
-#include "core/kinematics/joint_range.h"
-=======
 #include "core/device/plant_of_model.h"
->>>>>>> main
+#include "core/kinematics/joint_range.h"
 #include "scenario/cell_builder.h"
 #include "scenario/cell_models.h"
 #include "scenario/degrees.h"
