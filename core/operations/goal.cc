@@ -22,7 +22,6 @@ Goal::Joints read_joints(ObjectReader& reader, const command::MountedArm* arm) {
   const std::size_t kept = std::min<std::size_t>(degrees.size(), kinematics::kMaxJoints);
   Goal::Joints joints{kinematics::JointVector(static_cast<Eigen::Index>(kept))};
   for (std::size_t i = 0; i < kept; ++i) joints.q[static_cast<Eigen::Index>(i)] = degrees[i] * std::numbers::pi / 180.0;
-  joints.absolute = reader.boolean("absolute", false);
   return joints;
 }
 
@@ -83,9 +82,10 @@ Goal read_goal(const Json& json, const std::string& pointer, const command::Moun
     if (!reader.boolean("home"))
       reader.diagnostics().error(Code::kInvalidValue, reader.at("home"), "a goal that is not home",
                                  "Set it to true, or give another goal");
-    goal.value = Goal::Home{.absolute = reader.boolean("absolute", false)};
+    goal.absolute = reader.boolean("absolute", false);
   } else if (reader.has("joints_deg")) {
     goal.value = read_joints(reader, arm);
+    goal.absolute = reader.boolean("absolute", false);
   } else if (reader.has("by_m") || reader.has("by_rpy_deg")) {
     goal.value = read_step(reader);
   } else {
@@ -111,14 +111,15 @@ Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const 
                              const kinematics::JointVector& q) {
   const command::MountedArm& arm = cell.arms.find(name)->second;
   const device::ArmDescription& model = arm.device->description();
-  if (const auto* home = std::get_if<Goal::Home>(&goal.value))
-    return home->absolute ? model.home : kinematics::in_nearest_turns(*model.chain, model.home, q);
-  if (const auto* joints = std::get_if<Goal::Joints>(&goal.value))
-    return joints->absolute ? joints->q : kinematics::in_nearest_turns(*model.chain, joints->q, q);
+  const auto turned = [&](const kinematics::JointVector& to) {
+    return goal.absolute ? to : kinematics::in_nearest_turns(*model.chain, to, q);
+  };
+  if (std::holds_alternative<Goal::Home>(goal.value)) return turned(model.home);
+  if (const auto* joints = std::get_if<Goal::Joints>(&goal.value)) return turned(joints->q);
   if (const auto* one = std::get_if<Goal::OneJoint>(&goal.value)) {
     kinematics::JointVector q_goal = q;
     q_goal[one->joint] = one->by ? q[one->joint] + one->q : one->q;
-    return one->by ? q_goal : kinematics::in_nearest_turns(*model.chain, q_goal, q);
+    return one->by ? q_goal : turned(q_goal);
   }
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   if (const auto* pose = std::get_if<Goal::Pose>(&goal.value)) {

@@ -20,12 +20,9 @@ namespace takt::activity {
 ///   {"by_m": [...], "in": FRAME, "by_rpy_deg": [...]}       step from the present set point, along the axes of a frame
 ///                                                          ("tcp": of the tool); turned about the tool's own axes
 struct Goal {
-  struct Home {
-    bool absolute = false;
-  };
+  struct Home {};
   struct Joints {
     kinematics::JointVector q;
-    bool absolute = false;
   };
   struct Pose {
     std::string in;
@@ -44,6 +41,8 @@ struct Goal {
     bool by = false;
   };
   std::variant<Home, Joints, Pose, Step, OneJoint> value;
+  /// Of home, joints and one joint: a joint without limits takes back all its turns.
+  bool absolute = false;
 
   /// Given as joint positions, not as a pose.
   [[nodiscard]] bool is_joints() const {
