@@ -97,7 +97,7 @@ std::vector<Failing> all_failing() {
       {"search",
        [](auto& cell) {
          return cell.robot.template use<ForceInterface>().search(
-             {.direction = kUp, .in = "arm", .travel = 0.002, .radius = 0.01, .pitch = 0.004});
+             {.direction = kUp, .in = "arm", .travel = 0.002, .radius = 0.01, .pitch = 0.004, .drop = 0.003});
        },
        Code::kConditionNotMet, "/travel_m"},
       {"wipe",
@@ -125,7 +125,7 @@ std::vector<Failing> all_failing() {
        [](auto& cell) {
          return Actuator(cell.program, "changer").template use<ToolChangerInterface>().couple({.timeout = 0.05});
        },
-       Code::kTimeout, kNothing},
+       Code::kSensorSilent, kNothing},
       {"wait", [](auto& cell) { return cell.wait_for_button(0.05); }, Code::kTimeout, "/until"},
   };
 }
