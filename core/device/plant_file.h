@@ -42,8 +42,4 @@ struct PlantDescription {
 /// @param kind   "arm", "gripper", ...: keys of other kinds stay unknown
 PlantDescription read_plant_keys(ObjectReader& reader, const kinematics::RobotModel* robot, const std::string& kind);
 
-/// Pose of link `to` in link `from`; both belong to one rigid model (or all joints are at zero).
-[[nodiscard]] Eigen::Isometry3d pose_between(const kinematics::RobotModel& robot, const std::string& from,
-                                             const std::string& to);
-
 }  // namespace takt::device
