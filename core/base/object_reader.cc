@@ -17,11 +17,11 @@ using Json = nlohmann::ordered_json;
 std::string range_text(const Range& range) {
   const bool low = std::isfinite(range.low);
   const bool high = std::isfinite(range.high);
-  if (low && high && range.low_open) return fmt::format("a number above {}, at most {}", range.low, range.high);
-  if (low && high) return fmt::format("a number from {} to {}", range.low, range.high);
-  if (low) return fmt::format("a number {} {}", range.low_open ? "above" : "of at least", range.low);
-  if (high) return fmt::format("a number of at most {}", range.high);
-  return "a number";
+  if (low && high && range.low_open) return fmt::format("Give a number above {}, at most {}", range.low, range.high);
+  if (low && high) return fmt::format("Give a number from {} to {}", range.low, range.high);
+  if (low) return fmt::format("Give a number {} {}", range.low_open ? "above" : "of at least", range.low);
+  if (high) return fmt::format("Give a number of at most {}", range.high);
+  return "Give a number";
 }
 
 bool inside(double value, const Range& range) {
@@ -37,8 +37,8 @@ std::string short_key(std::string_view key) {
   return key.size() <= kMost ? std::string(key) : std::string(cut_utf8(key, kMost)) + "...";
 }
 
-constexpr const char* kObject = "an object {...}";
-constexpr const char* kArray = "an array [...]";
+constexpr const char* kObject = "Give an object {...}";
+constexpr const char* kArray = "Give an array [...]";
 
 }  // namespace
 
@@ -95,7 +95,7 @@ bool ObjectReader::boolean(std::string_view key, std::optional<bool> fallback) {
 }
 
 std::string ObjectReader::text(std::string_view key, std::optional<std::string> fallback) {
-  const Json* value = find(key, fallback ? "" : "a text");
+  const Json* value = find(key, fallback ? "" : "Give a text");
   if (!value) return fallback.value_or("");
   const bool empty = value->is_string() && value->get_ref<const std::string&>().empty();
   if (value->is_string() && (fallback || !empty)) return value->get<std::string>();
@@ -119,7 +119,7 @@ std::string ObjectReader::choice(std::string_view key, const std::vector<std::st
 std::vector<double> ObjectReader::numbers(std::string_view key, std::size_t size,
                                           std::optional<std::vector<double>> fallback, const Range& range) {
   const std::vector<double> placeholder = fallback.value_or(std::vector<double>(size, 0.0));
-  const std::string expected = size ? fmt::format("an array of {} numbers", size) : "an array of numbers";
+  const std::string expected = size ? fmt::format("Give an array of {} numbers", size) : "Give an array of numbers";
   const Json* value = find(key, fallback ? "" : expected);
   if (!value) return placeholder;
   if (!value->is_array() || (size && value->size() != size)) {
@@ -145,7 +145,7 @@ Eigen::Vector3d ObjectReader::vector(std::string_view key, std::optional<Eigen::
 }
 
 std::vector<std::string> ObjectReader::texts(std::string_view key, std::optional<std::vector<std::string>> fallback) {
-  const Json* value = find(key, fallback ? "" : "an array of texts");
+  const Json* value = find(key, fallback ? "" : "Give an array of texts");
   if (!value) return fallback.value_or(std::vector<std::string>{});
   if (!value->is_array()) {
     diagnostics_.error(Code::kWrongType, at(key), "unexpected value " + short_dump(*value), "Give an array of texts");
