@@ -51,14 +51,14 @@ motion::Blend blend_of(const BlendingCondition& blending, const motion::Motion& 
 /// One of the two entries: under which names it shows how it ended, and how many motions of its
 /// predecessor it does first.
 struct Entry {
-  const char *touch, *force, *progress, *no_force, *suffix;
+  const char *touch, *force, *at_goal, *no_force, *suffix;
   int before = 0;
 
   [[nodiscard]] std::string broken(int motion) const { return fmt::format("unless {}{}", motion, suffix); }
   [[nodiscard]] std::string silent(int motion) const { return fmt::format("unless {} silent{}", motion, suffix); }
 };
-constexpr Entry kFromRest{"touch", "force", "progress", "no force", ""};
-constexpr Entry kFromBlend{"touch after a blend",    "force after a blend", "progress after a blend",
+constexpr Entry kFromRest{"touch", "force", "at goal", "no force", ""};
+constexpr Entry kFromBlend{"touch after a blend",    "force after a blend", "at goal after a blend",
                            "no force after a blend", " after a blend",      1};
 
 /// What must not hold stops it, each while its motion is being done.
@@ -124,7 +124,9 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
   command.capture(entry.touch, command::tool_pose(cell, dual.clock), until);
   if (const auto wrench = wrench_in(options.until->node()); wrench != nullptr)
     command.capture(entry.force, force(command::WrenchSensor(wrench)), until);
-  command.observe(entry.progress, action.progress());
+  // Kept: where the motion is a part, its net runs on after it, and an action that has ended shows null.
+  constexpr double kRounding = 1e-9;
+  command.capture(entry.at_goal, action.progress(), is_greater(action.progress(), 1.0 - kRounding));
   return command;
 }
 
@@ -202,10 +204,9 @@ Diagnostics add_offset(const ArmPlans& plans, DualEntryMotion& dual, MotionOptio
 
 GuardedOutcome outcome_of(const RunView& run, const GuardedEnd& end) {
   using enum GuardedOutcome::Kind;
-  constexpr double kRounding = 1e-9;
   bool at_goal = false;
   for (const Entry& entry : {kFromRest, kFromBlend}) {
-    at_goal = at_goal || run.value<net::Real>(entry.progress).value_or(0.0) > 1.0 - kRounding;
+    at_goal = at_goal || run.value<net::Real>(entry.at_goal).has_value();
     const auto touch = run.value<net::Frame>(entry.touch);
     if (!touch) continue;
     GuardedOutcome outcome{.kind = kTouched, .X_BT = touch};
@@ -329,7 +330,7 @@ std::string_view name_of(GuardedOutcome::Kind kind) {
 GuardedOutcome guarded_outcome(const RunView& run) {
   constexpr int kMost = 100;  // motions in one
   (void)run.failure();        // who asks for the outcome knows of it
-  return guarded_end(run.narrowed_to(kFromRest.progress), kMost).outcome;
+  return guarded_end(run.narrowed_to(kFromRest.at_goal), kMost).outcome;
 }
 
 GuardedEnd guarded_end(const RunView& run, int motions) {
