@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -22,9 +23,14 @@ constexpr std::size_t kMostEntries = 256;  // more are not removed
 struct Entry {
   std::atomic<bool> taken = false, valid = false;
   std::array<char, 1024> path{};
-  pid_t owner = 0, writer = 0;
+  pid_t writer = 0;
 };
 std::array<Entry, kMostEntries> entries;
+
+/// In a fork: the files are those of the process that it came from. They stay taken for the copies of their owners.
+void forget_all() {
+  for (Entry& entry : entries) entry.valid = false;
+}
 
 /// What getdents64 gives for each name in a folder.
 struct FolderEntry {
@@ -60,12 +66,12 @@ void remove_below(int parent, const char* name, int depth) {
 }  // namespace
 
 Unfinished::Unfinished(const std::filesystem::path& path, pid_t writer) {
+  [[maybe_unused]] static const int forgets = ::pthread_atfork(nullptr, nullptr, forget_all);
   const std::string text = path.string();
   for (std::size_t i = 0; i < entries.size() && text.size() < entries[i].path.size(); ++i) {
     if (entries[i].taken.exchange(true)) continue;
     entries[i].path.fill('\0');
     std::memcpy(entries[i].path.data(), text.data(), text.size());
-    entries[i].owner = ::getpid();
     entries[i].writer = writer;
     entries[i].valid = true;
     slot_ = i;
@@ -87,9 +93,8 @@ Unfinished& Unfinished::operator=(Unfinished&& other) noexcept {
 }
 
 void remove_unfinished() noexcept {
-  const pid_t self = ::getpid();
   for (const Entry& entry : entries) {
-    if (!entry.valid || entry.owner != self) continue;
+    if (!entry.valid) continue;
     if (entry.writer > 0 && ::kill(entry.writer, SIGKILL) == 0) ::waitpid(entry.writer, nullptr, 0);
     remove_below(AT_FDCWD, entry.path.data(), 0);
   }

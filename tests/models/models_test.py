@@ -90,7 +90,9 @@ def eigenvalues(ixx, iyy, izz, ixy, ixz, iyz):
     """Of a symmetric 3x3 matrix, ascending (trigonometric solution of the cubic)."""
     mean = (ixx + iyy + izz) / 3
     a, b, c = ixx - mean, iyy - mean, izz - mean
-    p = math.sqrt(max((a * a + b * b + c * c + 2 * (ixy**2 + ixz**2 + iyz**2)) / 6, 1e-300))
+    p = math.sqrt((a * a + b * b + c * c + 2 * (ixy**2 + ixz**2 + iyz**2)) / 6)
+    if p < 1e-12 * abs(mean):  # a multiple of the identity
+        return [mean] * 3
     det = a * (b * c - iyz**2) - ixy * (ixy * c - iyz * ixz) + ixz * (ixy * iyz - b * ixz)
     phi = math.acos(max(-1, min(1, det / (2 * p**3)))) / 3
     return sorted(mean + 2 * p * math.cos(phi + 2 * math.pi * k / 3) for k in range(3))
