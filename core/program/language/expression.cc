@@ -95,7 +95,7 @@ bool same(const Value& a, const Value& b) {
 
 class Evaluator {
  public:
-  Evaluator(const std::string& text, const EvalContext& context, Diagnostics& diagnostics)
+  Evaluator(const std::string& text, const EvalContext& eval_context, Diagnostics& diagnostics)
       : text_(text), sight_(eval_context), diagnostics_(diagnostics) {}
 
   Value at(const Node& node) {
@@ -344,7 +344,7 @@ bool changes(const Node& node, const command::Cell& cell) {
 
 bool Expression::changes(const command::Cell& cell) const { return activity::changes(*root_, cell); }
 
-Value Expression::evaluate(const EvalContext& context, Diagnostics& diagnostics) const {
+Value Expression::evaluate(const EvalContext& eval_context, Diagnostics& diagnostics) const {
   return Evaluator(text_, eval_context, diagnostics).at(*root_);
 }
 

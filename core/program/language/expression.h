@@ -52,7 +52,7 @@ class Expression {
 
   /// What is not known gives null of the right type, so checking types is evaluating with nothing known.
   /// Diagnostics, without a pointer: all that is wrong. Realtime: setup.
-  [[nodiscard]] Value evaluate(const EvalContext& context, Diagnostics& diagnostics) const;
+  [[nodiscard]] Value evaluate(const EvalContext& eval_context, Diagnostics& diagnostics) const;
   [[nodiscard]] const std::string& text() const { return text_; }
   /// What it is worth changes while machines move: it asks where they are, for an input, the time.
   [[nodiscard]] bool changes(const command::Cell& cell) const;
@@ -73,7 +73,7 @@ struct Function {
   std::string_view arguments;
   std::string_view doc;
   struct Call {
-    const EvalContext& context;
+    const EvalContext& eval_context;
     const std::vector<Value>& arguments;
     std::vector<std::string>& errors;  ///< what is wrong, without the location
     bool all_known;                    ///< no argument is null

@@ -50,7 +50,7 @@ Json number_json(double value) {
 /// Replaces expressions, walking down a piece of a file.
 class ValueTemplate::Resolver {
  public:
-  Resolver(const ValueTemplate& whole, const EvalContext& context, command::Cell& cell, const UnitOf& unit_of,
+  Resolver(const ValueTemplate& whole, const EvalContext& eval_context, command::Cell& cell, const UnitOf& unit_of,
            Diagnostics& diagnostics)
       : whole_(whole), sight_(eval_context), cell_(cell), unit_of_(unit_of), diagnostics_(diagnostics) {}
 
@@ -190,8 +190,8 @@ bool ValueTemplate::depends_on_key(std::string_view key) const {
   return false;
 }
 
-ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& context, command::Cell& cell, const UnitOf& unit_of,
-                                               Diagnostics& diagnostics) const {
+ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& eval_context, command::Cell& cell,
+                                               const UnitOf& unit_of, Diagnostics& diagnostics) const {
   Resolver resolver(*this, eval_context, cell, unit_of, diagnostics);
   auto json = std::make_shared<const Json>(resolver.resolve(*json_, pointer_, ""));
   return {std::move(json), std::move(resolver.unknown)};
@@ -200,7 +200,8 @@ ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& context, comma
 namespace {
 
 /// A goal of a file as a pose in the world.
-Value place_value(const Json& json, const std::string& pointer, const EvalContext& context, Diagnostics& diagnostics) {
+Value place_value(const Json& json, const std::string& pointer, const EvalContext& eval_context,
+                  Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
   const std::string in = reader.text("in", "world");
   const Eigen::Isometry3d X = reader.pose();
@@ -214,10 +215,10 @@ Value place_value(const Json& json, const std::string& pointer, const EvalContex
 
 }  // namespace
 
-Value ValueTemplate::value(const EvalContext& context, Diagnostics& diagnostics) const {
+Value ValueTemplate::value(const EvalContext& eval_context, Diagnostics& diagnostics) const {
   struct Walk {
     const ValueTemplate& whole;
-    const EvalContext& context;
+    const EvalContext& eval_context;
     Diagnostics& diagnostics;
 
     Value at(const Json& json, const std::string& pointer) {

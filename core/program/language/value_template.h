@@ -44,11 +44,11 @@ class ValueTemplate {
     std::vector<std::string> unknown;  ///< expressions that are not known yet; placeholders are in their place
   };
   /// @param cell  gets a frame for each pose at a key "in"
-  [[nodiscard]] Resolved resolve(const EvalContext& context, command::Cell& cell, const UnitOf& unit_of,
+  [[nodiscard]] Resolved resolve(const EvalContext& eval_context, command::Cell& cell, const UnitOf& unit_of,
                                  Diagnostics& diagnostics) const;
 
   /// The piece as one value: numbers, Booleans, texts, arrays as lists, goals {"in", "position_m", ...} as poses.
-  [[nodiscard]] Value value(const EvalContext& context, Diagnostics& diagnostics) const;
+  [[nodiscard]] Value value(const EvalContext& eval_context, Diagnostics& diagnostics) const;
 
  private:
   class Resolver;

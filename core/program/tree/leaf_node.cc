@@ -54,7 +54,7 @@ class LeafNode final : public Node {
   }
 
   /// The steps with what their expressions are worth now. `unknown` gets expressions that are not known.
-  [[nodiscard]] std::vector<Instance> instances(const EvalContext& context, command::Cell& cell,
+  [[nodiscard]] std::vector<Instance> instances(const EvalContext& eval_context, command::Cell& cell,
                                                 Diagnostics& diagnostics, std::vector<std::string>& unknown) const {
     std::vector<Instance> result;
     if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});

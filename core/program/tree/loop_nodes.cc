@@ -74,7 +74,7 @@ class RepeatNode final : public Node {
   }
 
   /// How often; nothing if it is not known, or with diagnostics if it is no number of rounds.
-  [[nodiscard]] std::optional<std::int64_t> rounds(const EvalContext& context, Diagnostics& diagnostics) const {
+  [[nodiscard]] std::optional<std::int64_t> rounds(const EvalContext& eval_context, Diagnostics& diagnostics) const {
     const Value value = times.value(eval_context, diagnostics);
     if (value.null()) return std::nullopt;
     const double number = value.type.kind == Type::Kind::kNumber ? value.number() : -1.0;
@@ -262,7 +262,8 @@ class ForEachNode final : public Node {
   /// What the elements are made from.
   [[nodiscard]] const ValueTemplate& elements() const { return grid ? grid->place : list; }
   /// The elements; nothing if they are not known.
-  [[nodiscard]] std::optional<std::vector<Value>> values(const EvalContext& context, Diagnostics& diagnostics) const {
+  [[nodiscard]] std::optional<std::vector<Value>> values(const EvalContext& eval_context,
+                                                         Diagnostics& diagnostics) const {
     if (!grid) {
       const Value value = list.value(eval_context, diagnostics);
       return value.data.index() == 5 ? std::optional(value.list()) : std::nullopt;

@@ -125,7 +125,7 @@ EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope) {
           .time = 0};
 }
 
-bool declare(const std::vector<Declaration>& declarations, const EvalContext& context, Scope& scope,
+bool declare(const std::vector<Declaration>& declarations, const EvalContext& eval_context, Scope& scope,
              Diagnostics& diagnostics) {
   Diagnostics own;
   for (const Declaration& declaration : declarations) {

@@ -254,7 +254,7 @@ bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagno
 /// What is wrong, in one line.
 [[nodiscard]] std::string messages_of(const Diagnostics& diagnostics);
 /// Evaluates and declares, in a run or a rehearsal. @return false with diagnostics if a value could not be found.
-bool declare(const std::vector<Declaration>& declarations, const EvalContext& context, Scope& scope,
+bool declare(const std::vector<Declaration>& declarations, const EvalContext& eval_context, Scope& scope,
              Diagnostics& diagnostics);
 /// Adds counts of steps, up to Node::kMostSteps.
 [[nodiscard]] std::int64_t saturated(std::int64_t times, std::int64_t count);

@@ -52,7 +52,7 @@ std::unique_ptr<NodeRun> ImmediateNode::begin(Scope& scope) const {
 }
 
 /// Evaluates; the diagnostics go to `diagnostics` too. @return true if there were none.
-bool evaluate(const ValueTemplate& piece, const EvalContext& context, Value& value, Diagnostics& diagnostics) {
+bool evaluate(const ValueTemplate& piece, const EvalContext& eval_context, Value& value, Diagnostics& diagnostics) {
   Diagnostics own;
   value = piece.value(eval_context, own);
   diagnostics.append(own);
@@ -79,7 +79,7 @@ class LetNode final : public ImmediateNode {
 
  private:
   /// One after the other: a later one sees the earlier.
-  bool assign(const EvalContext& context, Scope& scope, Diagnostics& diagnostics,
+  bool assign(const EvalContext& eval_context, Scope& scope, Diagnostics& diagnostics,
               const std::function<void(const std::string&)>& tell) const {
     for (const auto& [target, piece] : values) {
       Value value;
