@@ -14,10 +14,10 @@ namespace takt::record {
 namespace {
 
 /// The texts of an event or a log line: a word with their lengths (16 bits each), then their bytes.
-using Texts = std::array<std::string_view, 4>;
+using MessageTexts = std::array<std::string_view, 4>;
 
-Texts unpack_texts(std::span<const std::uint64_t> words) {
-  Texts texts;
+MessageTexts unpack_texts(std::span<const std::uint64_t> words) {
+  MessageTexts texts;
   const auto* bytes = reinterpret_cast<const char*>(words.data() + 1);
   for (std::size_t i = 0; i < texts.size(); ++i) {
     texts[i] = {bytes, (words[0] >> (16 * i)) & 0xFFFF};
@@ -207,7 +207,7 @@ void RecordingThread::take_message(std::uint32_t channel, std::span<const std::u
       put_fixed64_field(out, 3, words[0]);
       break;
     case RowKind::kEvent: {
-      const Texts texts = unpack_texts(words);
+      const MessageTexts texts = unpack_texts(words);
       put_stamp(out, stamp_);
       put_varint_field(out, 2, cycle_);
       put_text(out, 3, texts[0]);
@@ -219,7 +219,7 @@ void RecordingThread::take_message(std::uint32_t channel, std::span<const std::u
     case RowKind::kConstant:
       break;
     case RowKind::kLog: {
-      const Texts texts = unpack_texts(words.subspan(1));
+      const MessageTexts texts = unpack_texts(words.subspan(1));
       put_stamp(out, stamp_);
       put_varint_field(out, 2, words[0]);
       put_text(out, 3, texts[1]);
