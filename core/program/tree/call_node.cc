@@ -39,7 +39,7 @@ class CallNode final : public Node {
   [[nodiscard]] bool constant() const override { return false; }
 
   /// What it is begun with depends on where machines are.
-  [[nodiscard]] bool looks(const command::Cell& cell) const {
+  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const {
     const auto looks = [&](const Declaration& one) { return one.initial && one.initial->changes(cell); };
     return std::ranges::any_of(arguments, [&](const auto& one) { return one.second.changes(cell); }) ||
            std::ranges::any_of(program->parameters, looks) || std::ranges::any_of(program->variables, looks);

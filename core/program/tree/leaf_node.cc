@@ -48,7 +48,7 @@ class LeafNode final : public Node {
   }
   [[nodiscard]] bool constant() const override { return step != nullptr; }
   /// It has to wait for the end of whatever was left open before.
-  [[nodiscard]] bool looks(const command::Cell& cell) const {
+  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const {
     return !parts.front().operation->is_motion ||
            std::ranges::any_of(parts, [&](const Part& part) { return part.piece.changes(cell); });
   }

@@ -21,7 +21,7 @@ class ImmediateNode : public Node {
   [[nodiscard]] std::int64_t count() const override { return 1; }
   virtual Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const = 0;
   /// It reads machines, or ends something: a motion that was left open has to be over.
-  [[nodiscard]] virtual bool looks(const command::Cell& cell) const = 0;
+  [[nodiscard]] virtual bool needs_settled_state(const command::Cell& cell) const = 0;
 };
 
 class ImmediateRun final : public NodeRun {
@@ -73,7 +73,7 @@ class LetNode final : public ImmediateNode {
     return assign(execution.eval_context(scope), scope, diagnostics, tell) ? Outcome::kDone : Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return false; }
-  [[nodiscard]] bool looks(const command::Cell& cell) const override {
+  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const override {
     return std::ranges::any_of(values, [&](const auto& value) { return value.second.changes(cell); });
   }
 
@@ -123,7 +123,9 @@ class TextNode final : public ImmediateNode {
     return Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return text.constant(); }
-  [[nodiscard]] bool looks(const command::Cell& cell) const override { return fails || text.changes(cell); }
+  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const override {
+    return fails || text.changes(cell);
+  }
 };
 
 class StopNode final : public ImmediateNode {
@@ -134,7 +136,7 @@ class StopNode final : public ImmediateNode {
     return Outcome::kStopped;
   }
   [[nodiscard]] bool constant() const override { return true; }
-  [[nodiscard]] bool looks(const command::Cell&) const override { return true; }
+  [[nodiscard]] bool needs_settled_state(const command::Cell&) const override { return true; }
 };
 
 // -- wait for an expression ----------------------------------------------------------------------------------------
