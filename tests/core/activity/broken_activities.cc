@@ -66,8 +66,8 @@ std::vector<BrokenActivity> names() {
        {"blok", "block"}},
       {"a motion of no arm",
        [](auto& cell) {
-         MotionTask task;
-         task.kind = PathKind::kLin;
+         activity::MotionTask task;
+         task.kind = activity::PathKind::kLin;
          task.arm = "amr";
          planned_motion(cell.program, task).execute();
        },

@@ -48,6 +48,15 @@ std::vector<BrokenCommand> actions() {
        "/a/handlers/0",
        Code::kUnknownName,
        {"at_path"}},
+      {"C8",
+       [](World& world) -> Command {
+         auto a = driver(world, "a");
+         a.on_entered(a.paused(), cancel(a));
+         return a;
+       },
+       "/a/handlers/0",
+       Code::kInvalidValue,
+       {"a"}},
       {"",
        [](World& world) -> Command {
          auto moving = move(world, ptp(world.joints(0.1)));
