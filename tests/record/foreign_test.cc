@@ -125,7 +125,7 @@ std::string file_of(const Form& form, const std::vector<std::string>& texts) {
   return bytes + std::string(mcap::kMagic);
 }
 
-Recording read(const std::string& bytes) { return Recording::from_bytes(bytes).value(); }
+Recording opened(const std::string& bytes) { return Recording::from_bytes(bytes).value(); }
 
 std::vector<Form> all_forms() {
   std::vector<Form> forms;
@@ -145,15 +145,15 @@ TEST(Foreign, EveryContainerIsJudged) {
     SCOPED_TRACE(form.encoding + " '" + form.compression + "'" + (form.chunked ? "" : " without chunks") +
                  (form.summary ? "" : " without summary"));
     const std::string abc = file_of(form, {"a", "b", "c"});
-    const Comparison same = compare(read(abc), read(abc));
+    const Comparison same = compare(opened(abc), opened(abc));
     EXPECT_TRUE(same.passed) << to_text(same);
     EXPECT_EQ(same.judged_a.messages, 3u);
     EXPECT_EQ(same.judged_b.messages_in_file, 3u);
     EXPECT_EQ(same.judged_a.channels, 1u);
     for (const auto& other : std::vector<std::vector<std::string>>{{"a", "x", "c"}, {"a", "b"}, {"a"}, {}}) {
       const std::string bytes = file_of(form, other);
-      EXPECT_FALSE(compare(read(abc), read(bytes)).passed) << other.size();
-      EXPECT_FALSE(compare(read(bytes), read(abc)).passed) << other.size();
+      EXPECT_FALSE(compare(opened(abc), opened(bytes)).passed) << other.size();
+      EXPECT_FALSE(compare(opened(bytes), opened(abc)).passed) << other.size();
     }
     const TestFolder folder("foreign");
     std::ofstream(folder / "a.mcap", std::ios::binary) << abc;
@@ -161,13 +161,13 @@ TEST(Foreign, EveryContainerIsJudged) {
     ASSERT_TRUE(recovered);
     EXPECT_EQ(recovered->messages, 3u);
     EXPECT_THAT(recovered->lost, IsEmpty());
-    EXPECT_TRUE(compare(read(abc), Recording::open(folder / "b.mcap").value()).passed);
+    EXPECT_TRUE(compare(opened(abc), Recording::open(folder / "b.mcap").value()).passed);
   }
 }
 
 TEST(Foreign, FilesWithoutMessagesAreNotTheSame) {
   for (const Form& form : all_forms()) {
-    const Comparison c = compare(read(file_of(form, {})), read(file_of(form, {})));
+    const Comparison c = compare(opened(file_of(form, {})), opened(file_of(form, {})));
     EXPECT_FALSE(c.passed);
     EXPECT_EQ(c.judged_a.messages, 0u);
   }
@@ -180,10 +180,10 @@ TEST(Foreign, AFlippedBitIsADifferenceInEitherFile) {
     const std::string whole = file_of(form, {"a", "b", "c"});
     std::string rotten = whole;
     rotten[whole.find("foxglove.Log") - 1] ^= 8;
-    EXPECT_THAT(read(rotten).lost(), Not(IsEmpty())) << compression;
-    EXPECT_FALSE(compare(read(rotten), read(whole)).passed) << compression;
-    EXPECT_FALSE(compare(read(whole), read(rotten)).passed) << compression;
-    EXPECT_FALSE(compare(read(rotten), read(rotten)).passed) << "what is lost was not judged";
+    EXPECT_THAT(opened(rotten).lost(), Not(IsEmpty())) << compression;
+    EXPECT_FALSE(compare(opened(rotten), opened(whole)).passed) << compression;
+    EXPECT_FALSE(compare(opened(whole), opened(rotten)).passed) << compression;
+    EXPECT_FALSE(compare(opened(rotten), opened(rotten)).passed) << "what is lost was not judged";
   }
 }
 
@@ -191,8 +191,8 @@ TEST(Foreign, AnUnknownCompressionIsNamed) {
   const TestFolder folder("foreign");
   const Form form{.compression = "brotli", .summary = true, .encoding = "protobuf"};
   const std::string bytes = file_of(form, {"a", "b"});
-  EXPECT_EQ(read(bytes).unread().size(), 1u);
-  EXPECT_FALSE(compare(read(bytes), read(bytes)).passed);
+  EXPECT_EQ(opened(bytes).unread().size(), 1u);
+  EXPECT_FALSE(compare(opened(bytes), opened(bytes)).passed);
   std::ofstream(folder / "a.mcap", std::ios::binary) << bytes;
   EXPECT_THAT(recover(folder / "a.mcap", folder / "b.mcap"), Reports(Code::kFileNotReadable, "", {"brotli", "2"}));
   EXPECT_FALSE(std::filesystem::exists(folder / "b.mcap"));
@@ -203,7 +203,7 @@ TEST(Foreign, MessagesThatDoNotParseAreToldOnce) {
   std::string bytes = file_of({.compression = "", .chunked = false, .summary = false}, {"a", "b", "c"});
   bytes[bytes.rfind('b')] = '\xff';
   testing::internal::CaptureStderr();
-  const Comparison c = compare(read(bytes), read(bytes));
+  const Comparison c = compare(opened(bytes), opened(bytes));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   EXPECT_FALSE(c.passed);
   EXPECT_EQ(c.missing.size(), 2u) << "of A and of B";
