@@ -378,7 +378,7 @@ void CellRun::look_for_stops() {
 }
 
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
-  if (!interrupted && !report_.diagnostics.has_errors()) look_for_stops();
+  if (!interrupted && !repeats_commands_ && !report_.diagnostics.has_errors()) look_for_stops();
   tell_end(interrupted);
   report_.wall_time = Stopwatch::seconds_since(start_);
   report_.cycles = built_.core->cycle();

@@ -68,6 +68,10 @@ class CellRun {
   /// @param run_again  digest of a second run of the same program; may be empty
   [[nodiscard]] RunReport finish(bool interrupted, const std::function<std::string()>& run_again);
 
+  /// The commands of a recording are carried out again: a fault at the end is one of the recorded run, and no program
+  /// could have handled it.
+  void repeat_commands() { repeats_commands_ = true; }
+
   /// Who knows what the steps in force mean to touch; without it nothing is meant.
   void ask_touching(ContactGuard::TouchingNow touching) { touching_ = std::move(touching); }
   /// Who knows in which step something happens: the path of the steps.
@@ -119,6 +123,7 @@ class CellRun {
   std::size_t screw_events_ = 0;            ///< that have been told
   bool told_of_contacts_ = false;           ///< that there are too many
   bool diverged_ = false;                   ///< the physics has no state to go on from
+  bool repeats_commands_ = false;           ///< of a recording
   std::optional<rcc::Watchdog> watchdog_;   ///< of lock-step
   RunReport report_;
   Clock::time_point start_, last_progress_;

@@ -340,6 +340,7 @@ std::vector<activity::RehearsedNet> Session::nets() const {
 
 RunReport Session::run_commands(const record::Recording& recording, std::int64_t cycles, const RunOptions& options) {
   CellRun run(description_, built_, {}, options);
+  run.repeat_commands();
   run.report().diagnostics.append(built_.commands->play(recording));
   if (run.report().diagnostics.has_errors() || !run.open()) {
     run.report().verdict = Verdict::kRefused;
