@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <variant>
 
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
@@ -54,6 +55,14 @@ std::int64_t shapes_of(const mjContact& contact) {
 /// Those of one spring of two shapes; `group` is below 128 (Solids::group).
 std::int64_t spring_of(const mjContact& contact, int group) {
   return shapes_of(contact) | (static_cast<std::int64_t>(group) << 56);
+}
+
+/// The balls of a lip, which touch all at once.
+std::size_t points_of_lip(const kinematics::Link& link) {
+  const auto balls = std::ranges::count_if(link.collisions, [](const kinematics::Geometry& geometry) {
+    return std::holds_alternative<kinematics::Sphere>(geometry.shape);
+  });
+  return balls > 1 ? static_cast<std::size_t>(balls) : 0;
 }
 
 bool matches(const ContactRule& rule, const ContactParameters& a, const ContactParameters& b) {
@@ -129,7 +138,10 @@ ContactLaw::ContactLaw(const mjModel& model, const WorldDescription& description
   };
   std::size_t memories = 8;
   for (const RobotDescription& robot : description.robots) {
-    for (const auto& link : robot.model->links) set(robot.name + "/" + link.name, number_of(robot.surface(link.name)));
+    for (const auto& link : robot.model->links) {
+      set(robot.name + "/" + link.name, number_of(robot.surface(link.name)));
+      memories += points_of_lip(link);
+    }
   }
   for (const ObjectDescription& object : description.objects) {
     set(object.name, number_of(object.contact));

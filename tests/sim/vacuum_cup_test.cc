@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/device/vacuum_cup.h"
+#include "sim/contact_law.h"
 #include "sim/vacuum_cup.h"
 #include "tests/sim/cell.h"
 
@@ -71,6 +72,7 @@ TEST_F(PlateOnCups, EachPullsWithItsPressureTimesItsArea) {
   run(2.0);
   EXPECT_NEAR(applied(), pull, 0.01) << "and no more with time";
   EXPECT_NEAR(height(), held, 1e-5);
+  EXPECT_EQ(world_->contact_law().forgotten(), 0) << "friction is remembered at every point of both lips";
   suck("left", false);
   run(0.5);
   EXPECT_NEAR(applied(), -kPull, 0.01 * kPull);
