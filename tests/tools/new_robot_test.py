@@ -95,9 +95,9 @@ class Foreign(WithFolder):
                 # Arms of few joints take long ways to turn the tool as near as they can.
                 wave = ["run", "scenarios/wave.json", "--models", self.models, "--set", f"/devices/arm/model={name}",
                         "--set", "/expectations/2/below_s=40", "--json"]
-                if name == "cobot":  # the waypoints fold it into itself, and the rehearsal says so
-                    self.assertIn("collision", {one["code"] for one in json.loads(takt(*wave).stdout)["diagnostics"]})
-                    wave += ["--set", '/collisions={"off": "the waypoints were not chosen for this arm"}']
+                if name == "cobot":  # another way to raise its hand folds it into itself, and the rehearsal says so
+                    folded = takt(*wave, "--set", '/program/steps/2/to={"joints_deg": [-73.9, -67.7, 149.1, 32.5, 83, -167.9]}')
+                    self.assertIn("collision", {one["code"] for one in json.loads(folded.stdout)["diagnostics"]})
                 wave = takt(*wave)
                 self.assertEqual(wave.returncode, 0, wave.stdout + wave.stderr)
                 self.assertEqual(json.loads(wave.stdout)["result"], "passed")
@@ -255,7 +255,7 @@ class Foreign(WithFolder):
         tilted = takt("run", "scenarios/wave.json", "--models", self.models, "--set", "/devices/arm/model=scara", "--set",
                       '/program/steps/0/to={"by_m": [0, 0, -0.02], "by_rpy_deg": [0, 20, 0]}')
         self.assertEqual(tilted.returncode, 2)
-        self.assertRegex(tilted.stderr, r"/program/steps/0/to: error: .*\b4 joints .* \[unreachable\]")
+        self.assertRegex(tilted.stderr, r"/program/steps/0/to: error: .*\b4 joints\b.* \[unreachable\]")
 
     def test_missing_limits_get_slow_ones(self):
         report = self.made("seven")
