@@ -276,7 +276,8 @@ class Options(WithFolder):
     def test_numbers_that_are_none(self):
         for arguments, said in ((["--seed", "-1"], "--seed: error: '-1'"), (["--seed", "1e3"], "--seed"),
                                 (["--seed", ""], "--seed"), (["--size", "128x96garbage"], "--size: error: '128x96garbage'"),
-                                (["--size", "128"], "--size"), (["--fps", "0"], "--fps: error: 0 pictures per second (1 to 120)"),
+                                (["--size", "128"], "--size"),
+                                (["--fps", "0"], "--fps: error: 0 pictures per second (Choose 1 to 120) [out-of-range]"),
                                 (["--fps", "-1"], "--fps"), (["--fps", "1000"], "--fps")):
             self.refused("run", TOUCH, *arguments, "--dry-run", said=said)
         self.refused("model", "lwr4plus", "--fk", "nan,0,0,0,0,0,0", said="--fk: error: nan")
