@@ -32,7 +32,8 @@ std::vector<Fallible> show_failures(const command::Command& root) {
   for (const command::CommandTree::Entry& entry : tree.entries()) {
     command::CommandNode& node = *entry.node;
     const std::string path = entry.path.substr(own.size());
-    const bool times_out = node.until && node.seconds;
+    // A wait of no time is a question: that the state did not hold is its answer.
+    const bool times_out = node.until && node.seconds.value_or(0.0) > 0.0;
     if (!times_out && !node.fails_if) continue;
     const auto state = [&node](const char* which) {
       return command::leaf(net::ValueType::kBoolean, node.subject, which);

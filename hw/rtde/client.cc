@@ -178,7 +178,9 @@ void Client::complain_about(std::string_view word, const Field* field, const std
             : std::string("this series does not have it"));
   } else {
     problems_.error(Code::kTypeMismatch, {}, fmt::format("the controller says that '{}' is {}", name, word),
-                    field != nullptr ? fmt::format("Make it {}", name_of(field->type)) : std::string());
+                    field != nullptr
+                        ? fmt::format("Check the version of the controller: {} is expected", name_of(field->type))
+                        : std::string());
   }
 }
 

@@ -92,7 +92,8 @@ TEST(FriClient, AProgramThatIsForOthersIsRefusedBeforeAnythingRuns) {
   const auto twin = kind->connect_in_process(*settings, {.device = "arm", .description = arm},
                                              std::make_shared<FakeArm>(device::JointVector::Zero(7)));
   ASSERT_FALSE(twin);
-  EXPECT_THAT(twin.error().to_string(), HasSubstr("'rcprg' (it speaks with takt, fri_control, ros_control;"));
+  EXPECT_THAT(twin.error().to_string(),
+              HasSubstr("'rcprg' (Load a program that speaks takt, fri_control, ros_control;"));
 }
 
 /// The modes of the bench's arm: to joint impedance in 1 s, and on.

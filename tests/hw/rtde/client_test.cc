@@ -91,7 +91,8 @@ TEST(RtdeClient, FieldsThatAreMissingOrBusyAreNamedWithWhatToDo) {
   fake.accept_protocol();
   fake.version({3, 8, 0, 0});
   fake.setup(PackageType::kSetupInputs, 0, "NOT_FOUND,IN_USE");
-  EXPECT_THAT(fake.refusal(), HasSubstr("no field 'input_int_register_24' (it came with 3.9.0"));
+  EXPECT_THAT(fake.refusal(),
+              HasSubstr("no field 'input_int_register_24' (Update the controller (the field came with 3.9.0)"));
   EXPECT_THAT(fake.refusal(), HasSubstr("another client writes the input 'input_double_register_24'"));
 }
 
@@ -100,7 +101,8 @@ TEST(RtdeClient, TypesThatAreNotAsKnownAreRefused) {
   fake.accept_protocol();
   fake.version({3, 15, 8, 0});
   fake.setup(PackageType::kSetupInputs, 1, "DOUBLE,DOUBLE");
-  EXPECT_THAT(fake.refusal(), HasSubstr("'input_int_register_24' is DOUBLE (expected INT32)"));
+  EXPECT_THAT(fake.refusal(),
+              HasSubstr("'input_int_register_24' is DOUBLE (Check the version of the controller: INT32 is expected)"));
 }
 
 TEST(RtdeClient, AnswersThatCannotBeAreRefused) {

@@ -285,7 +285,7 @@ TEST(RtdeDriver, WhatIsNotTheExpectedRobotIsRefusedWithWhatToChange) {
   ur10.model = "UR10";
   DriverBench wrong({}, ur10);
   wrong.run(500);
-  EXPECT_THAT(wrong.fault(), HasSubstr("the robot is a UR10 (the scenario has a UR5"));
+  EXPECT_THAT(wrong.fault(), HasSubstr("the robot is a UR10 (Give the address of a UR5"));
 
   DriverBench series({}, test::e_series());
   series.run(500);
