@@ -145,7 +145,7 @@ std::vector<BrokenRun> motions() {
       {R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}, "velocity_m_s": 0.05,
           "abort_if": {"sensor": "wrist", "above_N": 900}})",
        "/abort_if",
-       Code::kAbortCondition,
+       Code::kSensorSilent,
        {},
        silent,
        true},

@@ -21,6 +21,7 @@ std::vector<BrokenRule> motions() {
   return {
       {R"({"do": "ptp"})", "", Code::kMissing, {"to", "home"}},
       {motion("ptp", R"("to": "hoem")"), "/to", Code::kWrongType, {"hoem", "home"}},
+      {motion("ptp", R"("to": {"home": false})"), "/to/home", Code::kInvalidValue},
       {motion("ptp", R"("to": {"in": "block"})"), "/to", Code::kMissing, {"position_m", "3"}},
       {motion("ptp", R"("to": {"joints_deg": [0, 0]})"), "/to/joints_deg", Code::kWrongType, {"0", "7"}},
       {motion("lin", R"("to": {"by_m": [0, "up", 0]})"), "/to/by_m/1", Code::kWrongType, {"up"}},

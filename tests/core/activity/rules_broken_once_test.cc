@@ -406,8 +406,6 @@ TEST(RulesBrokenOnce, AllOfThemAtOnce) {
 const std::vector<takt::test::Excuse> kElsewhere = {
     {"activity/scheduler.cc", Code::kNotPossibleNow,
      "a full queue of requests: nothing reads the queue then; a test of ActivityRunTest fills it"},
-    {"activity/activity_run.cc", Code::kSensorSilent, "of abort_if: followed_run_test.cc has the case"},
-    {"activity/activity_run.cc", Code::kAbortCondition, "followed_run_test.cc has the case"},
     {"activity/composition.cc", Code::kConditionNotMet, "of a part without words of its own: all parts have some"},
     {"activity/command_activity.cc", Code::kConditionNotMet, "CompositionVerdict.ACommandFailsByAStateOfItsOwn"},
     {"operations/operation.cc", Code::kMissing, "of a plug-in: Operations.ARegistrationIsChecked"},
