@@ -4,6 +4,7 @@ import re
 
 CALL = re.compile(r"\b(error|warning|failure|broken|fault_of)\(")
 LITERALS = re.compile(r'"((?:\\.|[^"\\])*)"')
+ASSIGNED = re.compile(r'\bhint = (?:fmt::format\(\s*)?"((?:\\.|[^"\\])*)"')
 VERBS = set("""Accept Acknowledge Add Allow Ask Attach Begin Bless Break Build Call Change Check Choose Close Compose Convert Create
 Declare Decrease Define Delete Drill Drive Drop End Expand Feed Fix Fold Forward Free Give Go Include Increase Install
 Keep Lay Lead Leave Let Lighten Limit Link List Load Log Lower Make Mark Measure Merge Model Mount Move Name Narrow
@@ -47,12 +48,13 @@ def hint_of(call, words):
 
 def diagnostics(name, text):
     """(file, line, text) of each hint that does not begin with a verb."""
+    hints = [(match.start(), match.group(1)) for match in ASSIGNED.finditer(text)]
     for match in CALL.finditer(text):
         hint = hint_of(match.group(1), arguments(text, match.end() - 1))
-        if hint is None or not hint.startswith(('"', 'fmt::format("')):
-            continue
-        first = LITERALS.search(hint).group(1)
+        if hint is not None and hint.startswith(('"', 'fmt::format("')):
+            hints.append((match.start(), LITERALS.search(hint).group(1)))
+    for place, first in hints:
         word = re.match(r"[A-Za-z]+", first)
         if first and not first.startswith("{}") and (word is None or word.group(0) not in VERBS):
-            yield (name, text[: match.start()].count("\n") + 1,
+            yield (name, text[:place].count("\n") + 1,
                    f"the hint '{first[:40]}' does not begin with what to do (lint/hints.py lists verbs)")

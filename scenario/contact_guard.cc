@@ -80,7 +80,7 @@ Diagnostic ContactGuard::fault(const Pair& pair, double force) const {
           .pointer = {},
           .message = fmt::format("'{}' touches '{}' with {:.1f} N at {:.3f} s, and no step means to", name(pair.first),
                                  name(pair.second), force, to_seconds(built_.world->time())),
-          .hint = "a guarded motion where a touch is meant, or an entry of 'allow' in 'collisions'"};
+          .hint = "Use a guarded motion where a touch is meant, or add an entry to 'allow' in 'collisions'"};
 }
 
 }  // namespace takt::scenario

@@ -262,14 +262,15 @@ Diagnostic diagnostic_of(const FoundCollision& found, const CellShapes& shapes, 
   const std::string when =
       found.step.empty() ? "at the start" : fmt::format("{:.3f} s after '{}' begins", found.time, found.step);
   const std::string too = meanwhile.empty() ? "" : fmt::format(", while '{}' moves", meanwhile);
-  return {.severity = severity,
-          .code = Code::kCollision,
-          .file = {},
-          .pointer = found.pointer,
-          .message = fmt::format("'{}' and '{}' {} {}{}{}{}", found.a, found.b, what, when, too,
-                                 places.empty() ? "" : "; ", fmt::join(places, ", ")),
-          .hint = fmt::format("a path that keeps {:g} mm between them, or an entry of 'allow' in 'collisions'",
-                              1e3 * shapes.margin)};
+  return {
+      .severity = severity,
+      .code = Code::kCollision,
+      .file = {},
+      .pointer = found.pointer,
+      .message = fmt::format("'{}' and '{}' {} {}{}{}{}", found.a, found.b, what, when, too, places.empty() ? "" : "; ",
+                             fmt::join(places, ", ")),
+      .hint = fmt::format("Choose a path that keeps {:g} mm between them, or add an entry to 'allow' in 'collisions'",
+                          1e3 * shapes.margin)};
 }
 
 Diagnostics find_collisions(const PlannedActivity& planned, const PlanningContext& planning, const std::string& name) {

@@ -248,7 +248,7 @@ Result<Json> read_json(const std::filesystem::path& path, const InputLimits& lim
 Result<std::filesystem::path> resolve_below(const std::filesystem::path& root, std::string_view relative,
                                             const std::string& pointer) {
   const std::filesystem::path path(relative);
-  const std::string hint = "a relative path to something inside the folder of the file";
+  const std::string hint = "Give a relative path to something inside the folder of the file";
   if (path.empty() || path.is_absolute())
     return failure(Code::kFileNotReadable, pointer, fmt::format("path '{}' is not allowed", relative), hint);
   std::error_code error;

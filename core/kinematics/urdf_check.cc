@@ -269,7 +269,7 @@ class Checker {
       if (factor == 0.0) out_of_range(mesh, "scale", factor, "", "not zero");
     }
     const std::string* name = mesh.attribute("filename");
-    const std::string hint = "a path relative to the folder of the URDF";
+    const std::string hint = "Give a path relative to the folder of the URDF";
     if (name == nullptr || name->empty()) {
       diagnostics_.error(Code::kMissing, place(mesh), fmt::format("{}: <mesh> has no filename", who_), hint);
     } else if (name->find("://") != std::string::npos) {

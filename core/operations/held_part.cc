@@ -180,13 +180,14 @@ void check_told_masses(const command::Places& before, Rehearsal& rehearsal, Diag
     if (!mismatch) continue;
     // Who names no part may mean any of several, of which one mass is as good as the other.
     const bool named = !rehearsal.one_of_many.contains(hold.object);
-    diagnostics.add({.severity = named ? Severity::kError : Severity::kWarning,
-                     .code = Code::kPayloadMismatch,
-                     .file = {},
-                     .pointer = pointer,
-                     .message = fmt::format("'{}' weighs {:g} kg, but the payload of its grippers is {:g} kg",
-                                            hold.object, mismatch->known, mismatch->told),
-                     .hint = "the mass of the object where it is described, or no 'part_mass_kg': takt knows it"});
+    diagnostics.add(
+        {.severity = named ? Severity::kError : Severity::kWarning,
+         .code = Code::kPayloadMismatch,
+         .file = {},
+         .pointer = pointer,
+         .message = fmt::format("'{}' weighs {:g} kg, but the payload of its grippers is {:g} kg", hold.object,
+                                mismatch->known, mismatch->told),
+         .hint = "Give the mass of the object where it is described, and leave out 'part_mass_kg': takt knows it"});
   }
 }
 

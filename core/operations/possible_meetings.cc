@@ -126,7 +126,7 @@ void note_possible_meetings(const command::Cell& cell, const CellState& begin, c
              "begins, and it shows in the run only when they begin",
              scene.body(one).name, scene.body(other).name, meeting.time_a - of_a.begin, of_a.step,
              meeting.time_b - of_b.begin, of_b.step),
-         .hint = "a start when the other has completed, or paths that keep clear of each other"});
+         .hint = "Start it when the other has completed, or choose paths that keep clear of each other"});
   });
 }
 

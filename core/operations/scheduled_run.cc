@@ -55,7 +55,7 @@ Progress ScheduledRun::fail(Diagnostics& diagnostics) const {
   for (Diagnostic diagnostic : inside.list()) {
     diagnostic.pointer = location_of(std::move(diagnostic.pointer));
     if (std::exchange(first, false) && is_of_the_run(run_->failure()))
-      diagnostic.hint = "\"try\" around the step, where the program can go on";
+      diagnostic.hint = "Put \"try\" around the step where the program can go on";
     diagnostics.add(std::move(diagnostic));
   }
   return Progress::kFailed;

@@ -63,13 +63,14 @@ void Timeline::check_goals(Diagnostics& diagnostics) const {
       const CheckedMotion& motion = *(*other)->motion;
       const auto on =
           std::ranges::find_if(motion.tracks, [&](const ArmTrack& track) { return part.goal_on.contains(track.arm); });
-      diagnostics.add({.severity = step->timed && (*other)->timed ? Severity::kError : Severity::kNote,
-                       .code = Code::kUnknownPose,
-                       .file = {},
-                       .pointer = part.pointer + "/to",
-                       .message = fmt::format("where the goal is depends on '{}', which '{}' moves meanwhile", on->arm,
-                                              motion.part_at(std::max(0.0, step->begin - (*other)->begin)).step),
-                       .hint = "the motion once that stands, or a goal in a frame that goes with the arm"});
+      diagnostics.add(
+          {.severity = step->timed && (*other)->timed ? Severity::kError : Severity::kNote,
+           .code = Code::kUnknownPose,
+           .file = {},
+           .pointer = part.pointer + "/to",
+           .message = fmt::format("where the goal is depends on '{}', which '{}' moves meanwhile", on->arm,
+                                  motion.part_at(std::max(0.0, step->begin - (*other)->begin)).step),
+           .hint = "Begin the motion once that stands, or give the goal in a frame that goes with the arm"});
     }
   }
 }
