@@ -397,7 +397,7 @@ void Cell::tare(const std::string& sensor, std::int64_t cycles) {
   const auto bias = run->value<net::Wrench>("bias");
   if (!bias)
     refuse(Code::kSensorSilent, fmt::format("'{}' did not answer, so it was not tared", name),
-           "a sensor that is there");
+           "Check its power and its wiring");
   runtime().biases()[name] = *bias;
 }
 
