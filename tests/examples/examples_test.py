@@ -140,7 +140,7 @@ class Activities(unittest.TestCase):
         program = self.folder / "01_first_motion"
         done = subprocess.run([str(program)], capture_output=True, text=True, env={**os.environ, "TAKT_ROOT": "/nowhere"})
         self.assertEqual(done.returncode, 2)
-        self.assertRegex(done.stderr, r"'/nowhere/models' \(TAKT_ROOT.* \[not-found\]")
+        self.assertRegex(done.stderr, r"'/nowhere/models' \(Set TAKT_ROOT.* \[not-found\]")
         done = call(program, "nothing.json", check=False)
         self.assertEqual(done.returncode, 2)
         self.assertRegex(done.stderr, r"nothing.json: error: .* \[not-found\]")
