@@ -159,10 +159,14 @@ TEST(Cell, WhatFailsWhileNobodyWaitsIsAnErrorOfTheRunUnlessItsOutcomeIsRead) {
       const RunPtr run = guarded.begin_execute();
       own.wait(3.0);
       EXPECT_EQ(run->state(), RunState::kFailed);
-      if (asks) EXPECT_EQ(run->failure(), RunFailure::kAborted);
+      if (asks) {
+        EXPECT_EQ(run->failure(), RunFailure::kAborted);
+      }
     });
     EXPECT_EQ(report.verdict, asks ? Verdict::kPassed : Verdict::kError) << report.diagnostics.to_string();
-    if (!asks) EXPECT_THAT(report.diagnostics, Reports(Code::kConditionNotMet, "/arm LIN/until"));
+    if (!asks) {
+      EXPECT_THAT(report.diagnostics, Reports(Code::kConditionNotMet, "/arm LIN/until"));
+    }
   }
 }
 
@@ -175,7 +179,7 @@ TEST(Cell, AWaitThatIsNotFulfilledIsAnAnswerAndNoFailure) {
 
 TEST(Cell, AProgramIsGoneThroughStepByStep) {
   std::vector<std::string> asked;
-  Cell::Setup setup;
+  CellSetup setup;
   setup.open.overrides.push_back({"/expectations", kOnlyLimits});
   setup.run.before_step = [&asked](const scenario::NextStep& next) {
     asked.push_back(next.name);
