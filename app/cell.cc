@@ -142,9 +142,11 @@ class Cell::Impl {
     runtime_->drop_coroutines();
     if (why.has_errors()) runtime_->cancel();
     if (!broken_) settle();
-    report.diagnostics.append(runtime_->take_failures(/*given_up=*/!report.diagnostics.has_errors()));
+    // What the operator broke off has failed for that reason alone.
     if (!operator_->broken_off().empty() && !report.diagnostics.has_errors())
       report.diagnostics.error(Code::kCancelled, {}, operator_->broken_off());
+    const Diagnostics unawaited = runtime_->take_failures(/*given_up=*/!report.diagnostics.has_errors());
+    if (operator_->broken_off().empty()) report.diagnostics.append(unawaited);
     if (realtime_) run_->in_realtime(realtime_->stop());
     report.reactions = runtime_->reactions();
     return run_->finish(interrupted_, run_again);
