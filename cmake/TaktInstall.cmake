@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 
 # Whoever loads plug-ins has to have all that they may ask for, and show it to them: takt_hosts_plugins(<target>). The
 # libraries go in whole; a linker drops what the program itself does not use otherwise.
-set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinematics takt_core_motion takt_core_world takt_core_collision
+set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_table takt_core_kinematics takt_core_motion takt_core_world takt_core_collision
     takt_core_planning takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_expression takt_core_command takt_core_command_actions
     takt_core_activity takt_core_operations takt_core_program_language takt_core_program_tree takt_record)
 if(TAKT_SIM)

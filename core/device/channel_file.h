@@ -7,13 +7,15 @@
 
 #include "core/base/diagnostics.h"
 #include "core/device/channel.h"
+#include "core/table/table.h"
 
 namespace takt::device {
 
-/// Reads what a file says of one channel (docs/channels.md):
-///   {"type": "Real", "writer": "net", "unit": "m/s", "frame": "A>B", "initial": 0.1, "timeout_s": 0.1}
-/// `type` must be there; `writer` is "outside" unless said otherwise. What is wrong goes to `diagnostics` with
-/// `pointer` in front; there is a fallback in its place. Realtime: setup.
+/// What a file says of one channel (docs/channels.md), but its name.
+[[nodiscard]] const table::Table<ChannelDescription>& channel_table();
+
+/// Reads what a file says of one channel, and checks that there can be such a channel. What is wrong goes to
+/// `diagnostics` with `pointer` in front; there is a fallback in its place. Realtime: setup.
 [[nodiscard]] ChannelDescription channel_from_json(const std::string& name, const nlohmann::ordered_json& json,
                                                    const std::string& pointer, Diagnostics& diagnostics);
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
-#include "core/base/object_reader.h"
+#include "core/table/table.h"
 
 namespace takt::device {
 namespace {
@@ -17,23 +17,65 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kMaterialsFile = "materials.json";
 
-std::optional<double> optional_number(ObjectReader& reader, const char* key, const Range& range) {
-  if (!reader.has(key)) return std::nullopt;
-  return reader.number(key, 0.0, range);
+using table::NameOf;
+using table::Rule;
+
+/// What a file says of a material: figures, and whose count where it says nothing.
+struct MaterialEntry : Material {
+  std::string like = {};
+  std::string source = {};
+};
+
+template <class M>
+void add_source(table::Table<M>& table) {
+  table.text("source", &M::source, "Where the figures come from.");
 }
 
-Material read_material(ObjectReader& reader, const Material* like) {
-  const auto value = [&](const char* key, double Material::*member, const Range& range) {
-    return reader.number(key, like ? std::optional(like->*member) : std::nullopt, range);
-  };
-  Material material;
-  material.stiffness = value("stiffness_N_m", &Material::stiffness, kPositive);
-  material.damping = value("damping_N_s_m", &Material::damping, kNotNegative);
-  material.friction = value("friction", &Material::friction, kNotNegative);
-  material.torsion = reader.number("torsion_m", like ? like->torsion : 0.0, kNotNegative);
-  material.rolling = reader.number("rolling_m", like ? like->rolling : 0.0, kNotNegative);
-  (void)reader.text("source", "");
-  return material;
+const table::Table<MaterialEntry>& material_entry_table() {
+  using M = MaterialEntry;
+  static const auto table = [] {
+    table::Table<M> material;
+    material
+        .named("like", NameOf::kMaterial, &M::like,
+               "Material whose figures count where this one says nothing; without it stiffness, damping and friction "
+               "are required.")
+        .number("stiffness_N_m", "N/m", &M::stiffness, kPositive, "Stiffness of one side of a contact.")
+        .fallback({})
+        .number("damping_N_s_m", "N*s/m", &M::damping, kNotNegative, "Damping of one side of a contact.")
+        .fallback({})
+        .number("friction", "", &M::friction, kNotNegative, "Coefficient of sliding (Coulomb) friction.")
+        .fallback({})
+        .number("torsion_m", "m", &M::torsion, kNotNegative,
+                "Radius of the contact patch that resists twisting: torque about the normal over friction force.")
+        .number("rolling_m", "m", &M::rolling, kNotNegative, "Torque against rolling over friction force.");
+    add_source(material);
+    material.rule({.kind = Rule::Kind::kAnyOf,
+                   .groups = {{"like"}, {"stiffness_N_m", "damping_N_s_m", "friction"}},
+                   .hint = "Give 'stiffness_N_m', 'damping_N_s_m' and 'friction', or 'like'"});
+    return material;
+  }();
+  return table;
+}
+
+struct RuleEntry : MaterialRule {
+  std::vector<std::string> names = {};
+  std::string source = {};
+};
+
+const table::Table<RuleEntry>& material_rule_table() {
+  using R = RuleEntry;
+  static const auto table = [] {
+    table::Table<R> rule;
+    rule.value("between", table::texts_type({.min = 2, .max = 2}), &R::names,
+               "The two materials; the same twice for a material against itself.")
+        .required()
+        .number("stiffness_N_m", "N/m", &R::stiffness, kPositive, "Stiffness of the contact.")
+        .number("damping_N_s_m", "N*s/m", &R::damping, kNotNegative, "Damping of the contact.")
+        .number("friction", "", &R::friction, kNotNegative, "Coefficient of sliding (Coulomb) friction.");
+    add_source(rule);
+    return rule;
+  }();
+  return table;
 }
 
 }  // namespace
@@ -55,10 +97,13 @@ void MaterialTable::read(const Json* entries, const Json* contacts, const std::s
       if (name.starts_with("$") || name == "comment") continue;
       const std::string at = pointer + "/materials" + pointer_segment(name);
       ObjectReader reader(json, at, diagnostics);
-      const std::string base = reader.text("like", "");
-      const Material* like = base.empty() ? nullptr : find(base, reader.at("like"), diagnostics);
-      const Material placeholder{.stiffness = 1.0};  // so that an unknown name is the only diagnostic
-      const Material material = read_material(reader, base.empty() ? nullptr : like ? like : &placeholder);
+      MaterialEntry material;
+      if (const auto base = table::word_at("like", reader); base && !base->empty()) {
+        const Material placeholder{.stiffness = 1.0};  // so that an unknown name is the only diagnostic
+        const Material* like = find(*base, reader.at("like"), diagnostics);
+        static_cast<Material&>(material) = like != nullptr ? *like : placeholder;
+      }
+      material_entry_table().read_into(material, {reader});
       reader.finish();
       materials[name] = material;
     }
@@ -67,24 +112,29 @@ void MaterialTable::read(const Json* entries, const Json* contacts, const std::s
   for (std::size_t i = 0; i < contacts->size(); ++i) {
     const std::string at = pointer + "/contacts" + pointer_segment(i);
     ObjectReader reader((*contacts)[i], at, diagnostics);
-    const auto between = reader.texts("between");
-    MaterialRule rule;
-    if (between.size() != 2) {
-      diagnostics.error(Code::kWrongSize, reader.at("between"), fmt::format("{} materials", between.size()),
-                        "the two materials that touch");
-    } else {
-      for (std::size_t side = 0; side < 2; ++side) {
-        (void)find(between[side], reader.at("between") + pointer_segment(side), diagnostics);
-        rule.between[side] = between[side];
-      }
+    RuleEntry rule;
+    material_rule_table().read_into(rule, {reader});
+    for (std::size_t side = 0; side < rule.names.size() && rule.names.size() == 2; ++side) {
+      (void)find(rule.names[side], reader.at("between") + pointer_segment(side), diagnostics);
+      rule.between[side] = rule.names[side];
     }
-    rule.stiffness = optional_number(reader, "stiffness_N_m", kPositive);
-    rule.damping = optional_number(reader, "damping_N_s_m", kNotNegative);
-    rule.friction = optional_number(reader, "friction", kNotNegative);
-    (void)reader.text("source", "");
     reader.finish();
     rules.push_back(rule);
   }
+}
+
+table::Field materials_field() {
+  table::Field materials = table::field("materials", table::Field::Type::kMap, "Surfaces by name.");
+  materials.items = {material_entry_table().form("material")};
+  materials.any_key = true;
+  return materials;
+}
+
+table::Field contacts_field() {
+  table::Field contacts = table::field("contacts", table::Field::Type::kList,
+                                       "What two materials do together where it is not what follows from the two.");
+  contacts.items = {material_rule_table().form("contact_rule")};
+  return contacts;
 }
 
 Result<MaterialTable> read_materials(const ModelLibrary& library) {

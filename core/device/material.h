@@ -10,6 +10,7 @@
 
 #include "core/base/diagnostics.h"
 #include "core/device/device_file.h"
+#include "core/table/field.h"
 
 namespace takt::device {
 
@@ -42,6 +43,10 @@ struct MaterialTable {
   [[nodiscard]] const Material* find(const std::string& name, const std::string& pointer,
                                      Diagnostics& diagnostics) const;
 };
+
+/// The members "materials" and "contacts" of an object, as data.
+[[nodiscard]] table::Field materials_field();
+[[nodiscard]] table::Field contacts_field();
 
 /// The file `materials.json` beside the models of the library, of each of its folders. Empty where there is no such
 /// file; a name in two of them is a diagnostic. Realtime: setup.

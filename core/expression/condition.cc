@@ -263,12 +263,13 @@ std::vector<std::string> sensors_of(const Condition& condition) {
   return names;
 }
 
-std::optional<FileUnit> unit_in_condition(std::string_view pointer) {
+std::optional<table::FileUnit> unit_in_condition(std::string_view pointer) {
   const std::string_view key = pointer.substr(pointer.rfind('/') + 1);
   for (const std::string_view start : {"above_", "below_"}) {
     if (!key.starts_with(start)) continue;
     const auto terms = net::parse_unit(key.substr(start.size()));
-    if (terms && terms->size() == 1 && terms->front().variables.empty()) return FileUnit{terms->front().dimension};
+    if (terms && terms->size() == 1 && terms->front().variables.empty())
+      return table::FileUnit{terms->front().dimension};
   }
   return std::nullopt;
 }

@@ -9,7 +9,7 @@
 
 #include "core/base/diagnostics.h"
 #include "core/expression/cell.h"
-#include "core/expression/file_unit.h"
+#include "core/table/file_unit.h"
 
 namespace takt {
 class ObjectReader;
@@ -69,7 +69,7 @@ struct Condition {
 
 /// The unit of the number at a JSON pointer inside a condition: its key names it ("above_N"). Nothing: the device's
 /// own.
-[[nodiscard]] std::optional<FileUnit> unit_in_condition(std::string_view pointer);
+[[nodiscard]] std::optional<table::FileUnit> unit_in_condition(std::string_view pointer);
 
 /// Names of all force/torque sensors in a condition, each once, in order of first use. Realtime: setup.
 [[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);

@@ -352,8 +352,9 @@ MotionTask read_motion(PathKind kind, const OperationSource& source) {
 namespace {
 
 template <PathKind kind>
-const std::vector<ParameterInfo>& motion_rows() {
-  return motion_parameters(kind).list();
+const ParameterInfo& motion_rows() {
+  static const ParameterInfo whole = motion_parameters(kind).form({});
+  return whole;
 }
 
 /// With "base_to" it is a motion of two devices, and a command as a step too.

@@ -300,12 +300,14 @@ std::unique_ptr<OperationCommand> motion_command(MotionTask motion, const Operat
 
 namespace {
 
-const std::vector<ParameterInfo>& motions_parameter_list() {
-  static const std::vector<ParameterInfo> list = [] {
+const ParameterInfo& motions_parameter_list() {
+  static const ParameterInfo list = [] {
     ParameterInfo steps{
         .key = "steps", .type = ParameterInfo::Type::kObject, .definition = "motion_steps", .required = true};
     steps.doc = "Planned motions (ptp, lin, circ, spline, move), each but the last blended into the next.";
-    return std::vector{steps, compliance_parameter()};
+    ParameterInfo whole = table::field({}, ParameterInfo::Type::kObject, {});
+    whole.fields = {std::move(steps), compliance_parameter()};
+    return whole;
   }();
   return list;
 }

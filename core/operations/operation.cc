@@ -63,10 +63,10 @@ const Json* element(const Json& json, std::string_view segment) {
 }
 
 /// Times of handlers and states; all other numbers there are thresholds of conditions.
-std::optional<FileUnit> unit_in_handler(std::string_view pointer) {
+std::optional<table::FileUnit> unit_in_handler(std::string_view pointer) {
   const std::string_view key = pointer.substr(pointer.rfind('/') + 1);
-  if (key == "after_s" || key == "held_for_s") return file_unit("s");
-  if (key == "rate_Hz") return file_unit("Hz");
+  if (key == "after_s" || key == "held_for_s") return table::file_unit("s");
+  if (key == "rate_Hz") return table::file_unit("Hz");
   return command::unit_in_condition(pointer);
 }
 
@@ -129,7 +129,7 @@ Diagnostics OperationRegistration::check() const {
 
 // -- Units -----------------------------------------------------------------------------------------------------------
 
-std::optional<FileUnit> unit_in_operation(const Json& json, std::string_view pointer) {
+std::optional<table::FileUnit> unit_in_operation(const Json& json, std::string_view pointer) {
   if (!pointer.starts_with('/') || !json.is_object()) return std::nullopt;
   const std::string_view segment = first_segment(pointer);
   const std::string_view rest = pointer.substr(1 + segment.size());
@@ -143,7 +143,7 @@ std::optional<FileUnit> unit_in_operation(const Json& json, std::string_view poi
   // An object at "value" says what an output follows; it holds no numbers with units.
   const Json word = json.value("do", Json());
   const Operation* operation = word.is_string() ? Operations::global().find(word.get<std::string>()) : nullptr;
-  return operation != nullptr ? unit_at(operation->parameters(), pointer) : std::nullopt;
+  return operation != nullptr ? unit_at(operation->parameters().fields, pointer) : std::nullopt;
 }
 
 }  // namespace takt::activity

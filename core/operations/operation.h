@@ -30,9 +30,9 @@ struct OperationSource {
 /// One kind of operation: what files, transactions, the reference and the schema know of it. Defined beside its
 /// parameters, in the file of its name, and listed once in operation.cc; a plug-in brings one with TAKT_OPERATION.
 struct Operation {
-  std::string_view name;  ///< the step type: what "do" says
-  std::string_view doc;   ///< what it does, one sentence
-  const std::vector<ParameterInfo>& (*parameters)();
+  std::string_view name;                 ///< the step type: what "do" says
+  std::string_view doc;                  ///< what it does, one sentence
+  const ParameterInfo& (*parameters)();  ///< as one object, with the rules about several of them
   /// Reads it as a step of a program. Null: it is one only inside of a transaction.
   std::unique_ptr<Step> (*read_step)(const OperationSource& source) = nullptr;
   /// Reads it as a command of a transaction. Null: it is no command.
@@ -60,14 +60,16 @@ class Operations {
 /// The unit of the number at a JSON pointer below an operation, commands of transactions included.
 /// @param json  the operation as it is written; its key "do" says of which kind it is
 /// @return nothing if its parameters do not say, see unit_at()
-[[nodiscard]] std::optional<FileUnit> unit_in_operation(const nlohmann::ordered_json& json, std::string_view pointer);
+[[nodiscard]] std::optional<table::FileUnit> unit_in_operation(const nlohmann::ordered_json& json,
+                                                               std::string_view pointer);
 
 // -- What an operation is made of ------------------------------------------------------------------------------------
 
 /// The rows of a table, whatever it fills.
 template <auto table>
-const std::vector<ParameterInfo>& rows_of() {
-  return table().list();
+const ParameterInfo& rows_of() {
+  static const ParameterInfo whole = table().form({});
+  return whole;
 }
 
 /// The parameters, with diagnostics of all that is wrong with them.

@@ -74,7 +74,7 @@ void read_on_cancel(ObjectReader& reader, TransactionParameters& transaction) {
   }
 }
 
-const std::vector<ParameterInfo>& transaction_parameter_list() {
+const ParameterInfo& transaction_parameter_list() {
   using Type = ParameterInfo::Type;
   static const auto list = [] {
     const auto row = [](const char* key, Type type, const char* definition, const char* doc) {
@@ -91,7 +91,9 @@ const std::vector<ParameterInfo>& transaction_parameter_list() {
             "Whom a cancel reaches: forward (all), ignore, or names of commands.")};
     rows.front().required = true;
     rows.back().fallback = "forward";
-    return rows;
+    ParameterInfo whole = table::field({}, Type::kObject, {});
+    whole.fields = std::move(rows);
+    return whole;
   }();
   return list;
 }

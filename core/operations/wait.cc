@@ -118,11 +118,11 @@ std::unique_ptr<Step> read_wait_step(const OperationSource& source) {
 }
 
 /// For the schema: as a step of a program it waits for an expression, too.
-const std::vector<ParameterInfo>& wait_rows() {
+const ParameterInfo& wait_rows() {
   static const auto rows = [] {
-    std::vector<ParameterInfo> all = wait_parameters().list();
-    std::ranges::find(all, "until", &ParameterInfo::key)->definition = "wait_condition";
-    return all;
+    ParameterInfo whole = wait_parameters().form({});
+    std::ranges::find(whole.fields, "until", &ParameterInfo::key)->definition = "wait_condition";
+    return whole;
   }();
   return rows;
 }

@@ -33,10 +33,10 @@ void for_each_expression(const Json& json, const std::string& pointer, const Vis
 }
 
 /// Keys of a pose: position_m, rpy_deg, quaternion.
-std::optional<FileUnit> unit_in_pose(std::string_view pointer) {
-  if (pointer.find("/position_m") != std::string_view::npos) return file_unit("m");
-  if (pointer.find("/rpy_deg") != std::string_view::npos) return file_unit("deg");
-  return FileUnit{};
+std::optional<table::FileUnit> unit_in_pose(std::string_view pointer) {
+  if (pointer.find("/position_m") != std::string_view::npos) return table::file_unit("m");
+  if (pointer.find("/rpy_deg") != std::string_view::npos) return table::file_unit("deg");
+  return table::FileUnit{};
 }
 
 Json number_json(double value) {
@@ -109,7 +109,7 @@ class ValueTemplate::Resolver {
   }
 
   Json number(const Value& value, const std::string& pointer, std::string_view key) {
-    const std::optional<FileUnit> wanted = unit_of_(std::string_view(pointer).substr(whole_.pointer_.size()));
+    const std::optional<table::FileUnit> wanted = unit_of_(std::string_view(pointer).substr(whole_.pointer_.size()));
     const bool bare = value.type.unit.zero();
     if (wanted && !bare && value.type.unit != wanted->dimension) {
       diagnostics_.error(

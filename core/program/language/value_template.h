@@ -10,7 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/diagnostics.h"
-#include "core/expression/file_unit.h"
+#include "core/table/file_unit.h"
 #include "core/program/language/expression.h"
 
 namespace takt::activity {
@@ -35,7 +35,7 @@ class ValueTemplate {
   [[nodiscard]] bool depends_on_key(std::string_view key) const;
 
   /// The unit of the number at a JSON pointer below the piece ("/compliance/stiffness_N_m"); nothing: any unit.
-  using UnitOf = std::function<std::optional<FileUnit>(std::string_view pointer)>;
+  using UnitOf = std::function<std::optional<table::FileUnit>(std::string_view pointer)>;
 
   /// The piece with all expressions replaced by their values, in the form that readers of files know. A number with a
   /// unit must have that of its key, and is converted to it.

@@ -313,7 +313,7 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
 std::vector<std::string> operations_with(std::string_view key) {
   std::vector<std::string> names;
   for (const Operation& operation : Operations::global().all()) {
-    const auto& parameters = operation.parameters();
+    const auto& parameters = operation.parameters().fields;
     const bool has = std::ranges::any_of(parameters, [&](const ParameterInfo& one) { return one.key == key; });
     if (has && operation.read_step != nullptr) names.emplace_back(operation.name);
   }

@@ -41,7 +41,7 @@ void collect(const std::vector<ParameterInfo>& parameters, std::vector<Parameter
 
 std::vector<ParameterInfo> all_parameters() {
   std::vector<ParameterInfo> all;
-  for (const Operation& operation : Operations::global().all()) collect(operation.parameters(), all);
+  for (const Operation& operation : Operations::global().all()) collect(operation.parameters().fields, all);
   return all;
 }
 
@@ -50,7 +50,7 @@ TEST(Operations, EveryKeyNamesItsUnit) {
   const std::set<std::string> exceptions{"seconds", "gain_m_s_per_N"};
   for (const ParameterInfo& one : all_parameters()) {
     if (one.unit.empty() || exceptions.contains(one.key)) continue;
-    EXPECT_TRUE(one.key.ends_with(key_suffix(one.unit))) << one.key << " is in " << one.unit;
+    EXPECT_TRUE(one.key.ends_with(table::key_suffix(one.unit))) << one.key << " is in " << one.unit;
   }
 }
 
@@ -67,7 +67,7 @@ TEST(Operations, EveryParameterIsDocumented) {
   for (const Operation& operation : Operations::global().all()) {
     EXPECT_TRUE(operation.doc.ends_with('.')) << operation.name;
     std::set<std::string> keys;
-    for (const ParameterInfo& one : operation.parameters()) {
+    for (const ParameterInfo& one : operation.parameters().fields) {
       EXPECT_TRUE(keys.insert(one.key).second) << operation.name << " has '" << one.key << "' twice";
       EXPECT_FALSE(one.doc.empty()) << operation.name << "." << one.key;
       EXPECT_FALSE(one.required && !one.fallback.empty()) << operation.name << "." << one.key;
@@ -176,7 +176,7 @@ TEST(UnitInOperation, ComesFromTheTableAndNotFromTheEndingOfTheKey) {
     const auto found = unit_in_operation(Json::parse(text), pointer);
     return found ? net::to_string(found->dimension) : std::string("any");
   };
-  const auto named = [](const char* text) { return net::to_string(file_unit(text).dimension); };
+  const auto named = [](const char* text) { return net::to_string(table::file_unit(text).dimension); };
   const char* lin = R"({"do": "lin"})";
   EXPECT_EQ(unit(lin, "/compliance/stiffness_N_m"), named("N/m"));
   EXPECT_EQ(unit(lin, "/compliance/stiffness_N_m/2"), named("N/m"));

@@ -5,7 +5,7 @@
 
 #include "core/net/unit.h"
 
-namespace takt {
+namespace takt::table {
 
 /// The unit in which files give a number, beside the SI unit in which takt computes.
 struct FileUnit {
@@ -21,4 +21,4 @@ struct FileUnit {
 /// The part of a key that names the unit: "_m_s2" of "m/s^2", "_Nm_rad" of "Nm/rad"; empty for no unit.
 [[nodiscard]] std::string key_suffix(std::string_view unit);
 
-}  // namespace takt
+}  // namespace takt::table

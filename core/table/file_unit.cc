@@ -1,10 +1,10 @@
-#include "core/expression/file_unit.h"
+#include "core/table/file_unit.h"
 
 #include <cassert>
 #include <numbers>
 #include <string>
 
-namespace takt {
+namespace takt::table {
 namespace {
 
 constexpr std::string_view kDegree = "deg";
@@ -37,4 +37,4 @@ std::string key_suffix(std::string_view unit) {
   return suffix;
 }
 
-}  // namespace takt
+}  // namespace takt::table
