@@ -333,7 +333,7 @@ sim::CameraDescription simulated_camera(const CameraEntry& entry, const Ground& 
   sim::CameraDescription camera;
   camera.name = entry.name;
   camera.pointer = pointer;
-  camera.vertical_field_of_view = entry.fovy_deg * kDegree;
+  camera.vertical_field_of_view = entry.field_of_view;
   const auto pose_of = [&](const Placement& at, const char* key) {
     const auto X_WI = ground.frames.truth.pose(at.in);
     if (!X_WI) diagnostics.append(X_WI.error(), pointer + key);
@@ -507,7 +507,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   check_force_sensor(description.film, built.cell, diagnostics);
   diagnostics.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, diagnostics);
-  add_emergency_stop(description, built, diagnostics);
+  add_faults(description.faults, built, diagnostics);
   set_tools(simulated, built, diagnostics);
   command::tell_tool_settings(built.cell);  // of arms that have a tool coupled
   built.cell.shapes = cell_shapes(description, simulated, built.cell, diagnostics);

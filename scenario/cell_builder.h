@@ -10,6 +10,7 @@
 #include "core/rcc/control_core.h"
 #include "scenario/command_tape.h"
 #include "scenario/description.h"
+#include "scenario/fault_point.h"
 #include "scenario/site_devices.h"
 #include "sim/world.h"
 
