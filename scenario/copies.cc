@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/base/object_reader.h"
+#include "core/table/table.h"
 
 namespace takt::scenario {
 namespace {
@@ -22,6 +22,60 @@ using Json = nlohmann::ordered_json;
 
 constexpr Range kCopies{.low = 0, .high = 1000};
 constexpr std::array<std::string_view, 5> kWithParameters{"frames", "devices", "objects", "cameras", "expectations"};
+
+struct CopiesEntry {
+  std::int64_t count = 0;
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();  ///< m
+};
+
+const table::Table<CopiesEntry>& copies_table() {
+  static const auto table = [] {
+    table::Table<CopiesEntry> copies;
+    copies.integer("count", &CopiesEntry::count, kCopies, "How many; 0: none.")
+        .required()
+        .or_parameter()
+        .vector("step_m", "m", &CopiesEntry::step, "From one to the next, added to the position.");
+    return copies;
+  }();
+  return table;
+}
+
+/// What may be given to a parameter.
+struct ParameterRange {
+  std::optional<double> at_least = {}, at_most = {};
+  bool whole = false;
+  std::optional<std::vector<std::string>> one_of = {};
+
+  [[nodiscard]] Range range() const {
+    const Range all;
+    return {.low = at_least.value_or(all.low), .high = at_most.value_or(all.high)};
+  }
+};
+
+const table::Table<ParameterRange>& range_table() {
+  using R = ParameterRange;
+  static const auto table = [] {
+    table::Table<R> range;
+    range.number("at_least", "", &R::at_least, kAnyNumber, "The smallest number.")
+        .number("at_most", "", &R::at_most, kAnyNumber, "The largest number.")
+        .boolean("whole", &R::whole, "Only whole numbers.")
+        .value("one_of", table::texts_type({.min = 1}), &R::one_of, "The texts that are allowed; alone.")
+        .rule([](R& p, const table::Context& from) {
+          if (p.at_least && p.at_most && *p.at_most < *p.at_least)
+            from.reader.diagnostics().error(Code::kOutOfRange, from.reader.at("at_most"),
+                                            fmt::format("{:g} is less than 'at_least'", *p.at_most),
+                                            "Increase at_most");
+        });
+    for (const char* key : {"at_least", "at_most", "whole"})
+      range.rule({.kind = table::Rule::Kind::kNotTogether,
+                  .groups = {{"one_of"}, {key}},
+                  .hint = "Remove one of the two",
+                  .at = key,
+                  .code = Code::kUnknownKey});
+    return range;
+  }();
+  return table;
+}
 
 bool is_parameter_name(const std::string& name) {
   const auto is_part = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
@@ -99,21 +153,17 @@ class CopyWriter {
 
   /// A value that is not allowed is replaced by one that is: what would follow from it is no finding of its own.
   void check_range(const std::string& name, const Json& entry, const std::string& pointer, ObjectReader& values) {
+    const std::size_t wrong = diagnostics_.list().size();
     ObjectReader reader(entry, pointer, diagnostics_);
-    if (reader.has("one_of")) {
-      const std::vector<std::string> choices = reader.texts("one_of");
-      reader.finish();
-      if (entry["one_of"].empty())
-        diagnostics_.error(Code::kOutOfRange, reader.at("one_of"), "no value is allowed", "at least one text");
-      else if (!choices.empty() && values.choice(name, choices).empty())
-        parameters_[name] = choices.front();
+    const ParameterRange allowed_values = range_table().read_object(reader);
+    if (allowed_values.one_of) {
+      const bool good = diagnostics_.list().size() == wrong;
+      if (good && values.choice(name, *allowed_values.one_of).empty())
+        parameters_[name] = allowed_values.one_of->front();
       return;
     }
-    Range range;
-    range.low = reader.number("at_least", range.low);
-    range.high = reader.number("at_most", range.high, {.low = range.low});
-    const bool whole = reader.boolean("whole", false);
-    reader.finish();
+    const Range range = allowed_values.range();
+    const bool whole = allowed_values.whole;
     const std::size_t before = diagnostics_.list().size();
     const double value = whole ? static_cast<double>(values.integer(name, {}, range)) : values.number(name, {}, range);
     if (diagnostics_.list().size() == before) return;
@@ -202,14 +252,12 @@ class CopyWriter {
       return copies;
     }
     ObjectReader reader(entry["copies"], pointer + "/copies", diagnostics_);
-    const std::int64_t count = reader.integer("count", {}, kCopies);
-    const std::vector<double> step = reader.numbers("step_m", 3, std::vector<double>{0, 0, 0});
-    reader.finish();
-    for (std::int64_t number = 1; number <= count && step.size() == 3; ++number) {
+    const CopiesEntry wanted = copies_table().read_object(reader);
+    for (std::int64_t number = 1; number <= wanted.count; ++number) {
       Json copy = entry;
       copy.erase("copies");
       number_texts(copy, number);
-      shift(copy, step, static_cast<double>(number - 1));
+      shift(copy, wanted.step, static_cast<double>(number - 1));
       copies.emplace_back(number, std::move(copy));
     }
     return copies;
@@ -228,14 +276,14 @@ class CopyWriter {
   }
 
   /// An object by its place, all else by its own position; where none is said it is counted from the origin.
-  static void shift(Json& copy, const std::vector<double>& step, double steps) {
+  static void shift(Json& copy, const Eigen::Vector3d& step, double steps) {
     const auto at = copy.find("at");
     Json& placed = at != copy.end() && at->is_object() ? *at : copy;
-    if (std::ranges::all_of(step, [](double one) { return one == 0.0; })) return;
+    if (step.isZero(0.0)) return;
     Json& position = placed["position_m"];
     if (position.is_null()) position = Json::array({0.0, 0.0, 0.0});
     for (std::size_t i = 0; i < 3 && position.is_array() && i < position.size(); ++i)
-      if (position[i].is_number()) position[i] = position[i].get<double>() + steps * step[i];
+      if (position[i].is_number()) position[i] = position[i].get<double>() + steps * step[static_cast<Eigen::Index>(i)];
   }
 
   Json& document_;
@@ -246,5 +294,30 @@ class CopyWriter {
 }  // namespace
 
 void write_out_copies(Json& document, Diagnostics& diagnostics) { CopyWriter(document, diagnostics).write(); }
+
+table::Field copies_field() {
+  table::Field copies = copies_table().form("copies",
+                                            "The entry stands for as many, one step further each; # in its texts is "
+                                            "the number of the copy, from 1. The name of an object needs a #.");
+  copies.key = "copies";
+  return copies;
+}
+
+std::vector<table::Field> parameter_fields() {
+  table::Field value = table::field({}, table::Field::Type::kEither, {});
+  for (const table::Field::Type type :
+       {table::Field::Type::kNumber, table::Field::Type::kText, table::Field::Type::kBoolean})
+    value.items.push_back(table::field({}, type, {}));
+  table::Field parameters = table::field("parameters", table::Field::Type::kMap,
+                                         "Numbers, texts and Booleans by name. Outside of programs a text \"$NAME\" is "
+                                         "the value of that parameter; a program that is one sequence has them as "
+                                         "variables.");
+  parameters.pattern = "^[A-Za-z_][A-Za-z0-9_]*$";
+  parameters.items = {std::move(value)};
+  table::Field ranges =
+      table::field("parameter_ranges", table::Field::Type::kMap, "What may be given to a parameter, by its name.");
+  ranges.items = {range_table().form("parameter_range")};
+  return {std::move(parameters), std::move(ranges)};
+}
 
 }  // namespace takt::scenario

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <vector>
+
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/diagnostics.h"
+#include "core/table/field.h"
 
 namespace takt::scenario {
 
@@ -14,5 +17,9 @@ namespace takt::scenario {
 /// `copies`, `parameters` and their ranges are gone then. Pointers of diagnostics are those of the file.
 /// Realtime: setup.
 void write_out_copies(nlohmann::ordered_json& document, Diagnostics& diagnostics);
+
+/// The key "copies" of an entry, "parameters" and "parameter_ranges", as data: what is gone when a file is read.
+[[nodiscard]] table::Field copies_field();
+[[nodiscard]] std::vector<table::Field> parameter_fields();
 
 }  // namespace takt::scenario

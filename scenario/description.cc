@@ -7,269 +7,20 @@
 
 #include <fmt/format.h>
 
-#include "core/base/angles.h"
 #include "core/base/json.h"
-#include "core/base/object_reader.h"
 #include "core/base/random.h"
 #include "core/device/channel_file.h"
+#include "core/device/material.h"
+#include "scenario/cell_tables.h"
 #include "scenario/copies.h"
 #include "scenario/degrees.h"
-#include "scenario/faults.h"
+#include "scenario/fault.h"
 #include "sim/film.h"
 
 namespace takt::scenario {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Placement read_placement(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  Placement placement{reader.text("in", "world"), reader.pose()};
-  reader.finish();
-  return placement;
-}
-
-Placement read_placement(ObjectReader& reader, std::string_view key, bool required = true) {
-  const Json* json = reader.object(key, required);
-  return json ? read_placement(*json, reader.at(key), reader.diagnostics()) : Placement{};
-}
-
-Variation read_variation(ObjectReader& parent) {
-  const Json* json = parent.object("vary", false);
-  if (!json) return {};
-  ObjectReader reader(*json, parent.at("vary"), parent.diagnostics());
-  const std::vector<double> none{0, 0, 0};
-  const Variation variation{reader.number("radius_m", 0.0, kNotNegative),
-                            Eigen::Vector3d(reader.numbers("position_m", 3, none, kNotNegative).data()),
-                            Eigen::Vector3d(reader.numbers("rpy_deg", 3, none, {.low = 0, .high = 180}).data())};
-  reader.finish();
-  return variation;
-}
-
-/// Calls `read(name, json, pointer)` for each member of an object that maps names to things.
-template <class Read>
-void for_each_member(ObjectReader& reader, std::string_view key, const Read& read) {
-  const Json* members = reader.object(key, false);
-  if (!members) return;
-  for (const auto& [name, value] : members->items()) {
-    const std::string pointer = reader.at(key) + pointer_segment(name);
-    if (name.empty()) reader.diagnostics().error(Code::kInvalidName, pointer, "an empty name");
-    if (name.find('/') != std::string::npos || name == "world") {
-      reader.diagnostics().error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
-                                 "no '/', and not 'world'");
-    }
-    read(name, value, pointer);
-  }
-}
-
-/// Named poses: {"top": {"position_m": [...], "rpy_deg": [...]}}.
-std::map<std::string, Eigen::Isometry3d, std::less<>> read_poses(ObjectReader& parent, std::string_view key) {
-  std::map<std::string, Eigen::Isometry3d, std::less<>> poses;
-  for_each_member(parent, key, [&](const auto& name, const Json& json, const std::string& pointer) {
-    ObjectReader reader(json, pointer, parent.diagnostics());
-    poses[name] = reader.pose();
-    reader.finish();
-  });
-  return poses;
-}
-
-DeviceEntry read_device(const std::string& name, const Json& json, const std::string& pointer,
-                        Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  DeviceEntry device;
-  device.name = name;
-  device.model = reader.text("model");
-  device.on = reader.text("on", "");
-  if (reader.has("at")) device.at = read_placement(reader, "at");
-  if (!device.on.empty() && device.at) {
-    diagnostics.error(Code::kConflict, pointer, "both 'on' and 'at' are given",
-                      "mounted on a device, or placed in a frame");
-  }
-  if (const Json* mount = reader.object("mount", false)) {
-    if (device.on.empty())
-      diagnostics.error(Code::kInvalidValue, pointer + "/mount", "'mount' without 'on'", "\"on\": NAME, or \"at\"");
-    ObjectReader pose(*mount, pointer + "/mount", diagnostics);
-    device.mount = pose.pose();
-    pose.finish();
-  }
-  if (device.on.empty() && !device.at) device.at = Placement{};
-  device.start_rad = reader.numbers("start_deg", 0, std::vector<double>{});
-  warn_of_radians(device.start_rad, reader.at("start_deg"), diagnostics);
-  for (double& q : device.start_rad) q *= kDegree;
-  device.payload_error_kg = reader.number("payload_error_kg", 0.0);
-  device.tool = reader.text("tool", "");
-  device.tcp = reader.text("tcp", "");
-  device.own_force = reader.text("own_force", "");
-  device.material = reader.text("material", "");
-  if (reader.has("friction")) device.friction = reader.number("friction", {}, kNotNegative);
-  device.tcps = read_poses(reader, "tcps");
-  if (const Json* settings = reader.object("settings", false)) device.settings = *settings;
-  reader.finish();
-  return device;
-}
-
-/// "mass_kg", or the sum of the parts' masses; "centre_m" and "inertia_kg_m2" together instead of what the shapes give.
-void read_mass(ObjectReader& reader, ObjectEntry& object) {
-  Diagnostics& diagnostics = reader.diagnostics();
-  double sum = 0.0;
-  for (const double mass : object.part_masses_kg) sum += mass;
-  if (sum > 0.0 && reader.has("mass_kg")) {
-    diagnostics.error(Code::kConflict, reader.at("mass_kg"), "both the object and its parts have a mass",
-                      "one of them: that of the object is the sum");
-  }
-  object.mass_given = sum > 0.0 || reader.has("mass_kg");
-  object.mass_kg = reader.number("mass_kg", sum > 0.0 ? sum : 1.0, kPositive);
-  if (reader.has("centre_m")) object.centre_m = reader.vector("centre_m");
-  if (reader.has("inertia_kg_m2")) {
-    const auto values = reader.numbers("inertia_kg_m2", 0, {});
-    Eigen::Matrix3d& I = object.inertia_kg_m2.emplace(Eigen::Matrix3d::Zero());
-    if (values.size() == 3) {
-      I.diagonal() << values[0], values[1], values[2];
-    } else if (values.size() == 6) {
-      I << values[0], values[3], values[4], values[3], values[1], values[5], values[4], values[5], values[2];
-    } else {
-      diagnostics.error(Code::kWrongSize, reader.at("inertia_kg_m2"), fmt::format("{} numbers", values.size()),
-                        "[ixx, iyy, izz] or [ixx, iyy, izz, ixy, ixz, iyz]");
-    }
-  }
-  if (object.centre_m && !object.inertia_kg_m2) {
-    diagnostics.error(Code::kMissing, reader.at("inertia_kg_m2"), "'centre_m' without 'inertia_kg_m2'",
-                      "both, or neither: then the shapes decide");
-  }
-  if (object.inertia_kg_m2 && !object.part_masses_kg.empty()) {
-    diagnostics.error(Code::kConflict, reader.at("inertia_kg_m2"), "both an inertia and masses of parts are given",
-                      "one of them");
-  }
-}
-
-void read_parts(ObjectReader& reader, ObjectEntry& object) {
-  ShapeList shapes = read_shapes(reader);
-  object.parts = std::move(shapes.parts);
-  object.part_pointers = std::move(shapes.pointers);
-  object.part_masses_kg = std::move(shapes.masses);
-}
-
-ObjectEntry read_object(const std::string& name, const Json& json, const std::string& pointer,
-                        Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  ObjectEntry object;
-  object.name = name;
-  object.model = reader.text("model", "");
-  if (object.model.empty()) {
-    object.screw = read_screw(reader);
-    if (!object.screw) read_parts(reader, object);
-    if (object.screw && (reader.has("shape") || reader.has("parts"))) {
-      diagnostics.error(Code::kConflict, pointer, "both a screw and shapes are given", "one of them");
-      read_parts(reader, object);
-    }
-  } else if (reader.has("shape") || reader.has("parts") || reader.has("screw")) {
-    diagnostics.error(Code::kConflict, pointer, "both a model and shapes are given",
-                      "\"model\", or \"shape\" or \"parts\"");
-    for (const char* key : {"parts", "screw", "shape", "size_m", "radius_m", "length_m", "inner_radius_m", "wall_m",
-                            "floor_m", "chamfer_m", "inner_chamfer_m", "bores"})
-      (void)reader.child(key);
-  }
-  object.at = read_placement(reader, "at");
-  object.vary = read_variation(reader);
-  object.fixed = reader.boolean("fixed", !object.screw);
-  read_mass(reader, object);
-  object.grasps = read_poses(reader, "grasps");
-  const auto rgba = reader.numbers("rgba", 4, std::vector<double>{0.6, 0.6, 0.62, 1.0}, {.low = 0, .high = 1});
-  object.rgba = Eigen::Vector4d(rgba.data());
-  object.material = reader.text("material", "");
-  const auto optional = [&](const char* key, const Range& range) {
-    return reader.has(key) ? std::optional(reader.number(key, 1.0, range)) : std::nullopt;
-  };
-  object.friction = optional("friction", kNotNegative);
-  object.stiffness_N_m = optional("stiffness_N_m", kPositive);
-  object.damping_N_s_m = optional("damping_N_s_m", kNotNegative);
-  if (object.damping_N_s_m && !object.stiffness_N_m) {
-    diagnostics.error(Code::kMissing, pointer + "/damping_N_s_m", "'damping_N_s_m' without 'stiffness_N_m'",
-                      "both, or only 'stiffness_N_m', or a 'material'");
-  }
-  object.lit_by = reader.text("lit_by", "");
-  reader.finish();
-  return object;
-}
-
-CameraEntry read_camera(const std::string& name, const Json& json, const std::string& pointer,
-                        Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  CameraEntry camera;
-  camera.name = name;
-  camera.at = read_placement(reader, "at");
-  if (reader.has("look_at")) camera.look_at = read_placement(reader, "look_at");
-  camera.fovy_deg = reader.number("fovy_deg", 45.0, {.low = 5, .high = 120});
-  reader.finish();
-  if (camera.look_at && camera.look_at->in == camera.at.in &&
-      (camera.look_at->X.translation() - camera.at.X.translation()).norm() < 1e-6) {
-    diagnostics.error(Code::kInvalidValue, pointer + "/look_at", "the camera is at the point that it looks at",
-                      "another point");
-  }
-  return camera;
-}
-
-FilmEntry read_film(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  FilmEntry film;
-  film.camera = reader.text("camera", "");
-  film.inset = reader.text("inset", "");
-  film.force_sensor = reader.text("force_sensor", "");
-  film.force_limit_N = reader.number("force_limit_N", 15.0, kPositive);
-  if (reader.has("show")) choose_marks(reader.texts("show"), reader.at("show"), film.show, diagnostics);
-  film.show.trace_s = reader.number("trace_s", film.show.trace_s, {.low = 0.0, .high = 1e6});
-  if (const Json* cuts = reader.array("cuts", false)) {
-    for (std::size_t i = 0; i < cuts->size(); ++i) {
-      ObjectReader cut((*cuts)[i], reader.at("cuts") + pointer_segment(i), diagnostics);
-      film.cuts.push_back({cut.text("step"), cut.text("camera")});
-      cut.finish();
-    }
-  }
-  reader.finish();
-  return film;
-}
-
-}  // namespace
-
-void choose_marks(const std::vector<std::string>& names, const std::string& pointer, FilmShow& show,
-                  Diagnostics& diagnostics) {
-  static const std::vector<std::pair<std::string, bool FilmShow::*>> kMarks = {{"traces", &FilmShow::traces},
-                                                                               {"beams", &FilmShow::beams},
-                                                                               {"forces", &FilmShow::forces},
-                                                                               {"commanded", &FilmShow::commanded},
-                                                                               {"frames", &FilmShow::frames}};
-  for (const auto& [name, shown] : kMarks) show.*shown = std::ranges::find(names, name) != names.end();
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (std::ranges::find(kMarks, names[i], &decltype(kMarks)::value_type::first) != kMarks.end()) continue;
-    std::vector<std::string> known;
-    for (const auto& mark : kMarks) known.push_back(mark.first);
-    diagnostics.error(Code::kUnknownName, pointer + (pointer.starts_with('/') ? pointer_segment(i) : ""),
-                      fmt::format("a film shows no '{}'", names[i]), nearest_choice(names[i], known));
-  }
-}
-
-namespace {
-
-CollisionsEntry read_collisions(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  CollisionsEntry collisions;
-  collisions.margin_m = reader.number("margin_m", collisions.margin_m, {.low = 1e-5, .high = 0.1});
-  if (reader.has("off")) collisions.off = reader.text("off");
-  const Json* list = reader.array("allow", false);
-  for (std::size_t i = 0; list && i < list->size(); ++i) {
-    ObjectReader entry((*list)[i], reader.at("allow") + pointer_segment(i), diagnostics);
-    CollisionsEntry::Allowed allowed{entry.texts("between"), entry.text("reason"), entry.pointer()};
-    if (allowed.between.size() != 2) {
-      diagnostics.error(Code::kWrongSize, entry.at("between"), fmt::format("{} names", allowed.between.size()),
-                        "two: devices, objects or bodies");
-    } else {
-      collisions.allow.push_back(std::move(allowed));
-    }
-    entry.finish();
-  }
-  reader.finish();
-  return collisions;
-}
 
 void read_expectations(ObjectReader& reader, Description& description) {
   const Json* list = reader.array("expectations", false);
@@ -286,39 +37,6 @@ void read_expectations(ObjectReader& reader, Description& description) {
     const std::string kind = entry.text("kind", "");
     description.expectations.push_back({entry.text("name", kind), kind, pointer, (*list)[i]});
   }
-}
-
-/// "golden": how closely runs have to follow the golden, by topic and column.
-std::vector<record::ToleranceRule> read_golden(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  using Kind = record::ToleranceKind;
-  static const std::vector<std::string> kKinds{"exact", "tube", "features", "report_only"};  // in the order of Kind
-  std::vector<record::ToleranceRule> rules;
-  ObjectReader golden(json, pointer, diagnostics);
-  const Json* list = golden.array("tolerances");
-  for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
-    ObjectReader reader((*list)[i], golden.at("tolerances") + pointer_segment(i), diagnostics);
-    record::ToleranceRule rule{
-        .topic = reader.text("topic", "*"), .column = reader.text("column", "*"), .tolerance = {}};
-    const std::string kind = reader.choice("kind", kKinds, "tube");
-    rule.tolerance.kind = static_cast<Kind>(std::ranges::find(kKinds, kind) - kKinds.begin());
-    const bool has_width = rule.tolerance.kind == Kind::kTube || rule.tolerance.kind == Kind::kFeatures;
-    if (has_width) {
-      rule.tolerance.dv = reader.number("dv", {}, kNotNegative);
-      const double window = reader.number("dt_s", to_seconds(rule.tolerance.dt), {.low = 0.0, .high = 10.0});
-      rule.tolerance.dt = static_cast<Nanoseconds>(std::llround(1e9 * window));
-    }
-    if (rule.tolerance.kind == Kind::kFeatures && reader.has("features")) {
-      rule.tolerance.features.reset();
-      const std::vector<std::string> names = reader.texts("features");
-      for (std::size_t k = 0; k < names.size(); ++k)
-        record::judge_feature(names[k], reader.at("features") + pointer_segment(k), rule.tolerance.features,
-                              diagnostics);
-    }
-    reader.finish();
-    rules.push_back(std::move(rule));
-  }
-  golden.finish();
-  return rules;
 }
 
 /// Frames, devices, objects and channels share one name space, so that "in" is never ambiguous.
@@ -356,58 +74,150 @@ void check_film(const Description& description, Diagnostics& diagnostics) {
   }
 }
 
+using DescriptionTable = table::Table<Description>;
+
+constexpr Range kTimeLimit{.low = 0.0, .high = 3600.0, .low_open = true};
+
+/// Something with a definition of its own that other layers read.
+table::Field defined(std::string_view key, table::Field::Type type, std::string_view definition, std::string_view doc) {
+  table::Field row = table::field(key, type, doc);
+  if (type == table::Field::Type::kObject) {
+    row.definition = definition;
+  } else {
+    row.items = {table::field({}, table::Field::Type::kObject, {})};
+    row.items.front().definition = definition;
+  }
+  return row;
+}
+
+void add_figures(DescriptionTable& file) {
+  using D = Description;
+  file.text("title", &D::title, "Title in the film and in reports.")
+      .fallback("name of the file")
+      .object(table::field("description", table::Field::Type::kText, "Text for readers of the file."),
+              [](const table::Field& row, const table::Context& from, D&) { (void)from.reader.text(row.key, ""); })
+      .integer("seed", &D::seed, {.low = 0, .high = 9223372036854775807.0},
+               "Seed of all random draws: object poses, sensor noise, sensor offsets.")
+      .number("time_limit_s", "s", &D::time_limit_s, kTimeLimit, "Simulated time; a run that takes longer is an error.")
+      .integer("program_latency_cycles", &D::program_latency_cycles, {.low = 0, .high = 1000},
+               "Cycles between a command of the program and its effect.")
+      .number("plant_mass_scale", "", &D::plant_mass_scale, {.low = 0.5, .high = 2.0},
+              "Factor on the masses of the simulated machines; their controllers keep the nominal masses.");
+}
+
+/// Names of devices to hold as a whole.
+void read_composed(const table::Field& row, const table::Context& from, Description& description) {
+  table::for_each_key(
+      row.key, from.reader, [&](const std::string& name, const Json& parts, const std::string& pointer) {
+        // A reader of this member alone: it searches, and there may be many.
+        const Json one = Json::object({{name, parts}});
+        ObjectReader whole(one, from.reader.at(row.key), from.reader.diagnostics());
+        description.composed.push_back({name, pointer, whole.texts(name)});
+        if (description.composed.back().parts.empty())
+          from.reader.diagnostics().error(Code::kMissing, pointer, "no part is given", "Name at least one device");
+      });
+}
+
+void read_channels(const table::Field& row, const table::Context& from, Description& description) {
+  table::for_each_key(row.key, from.reader, [&](const std::string& name, const Json& json, const std::string& pointer) {
+    description.channels.push_back(device::channel_from_json(name, json, pointer, from.reader.diagnostics()));
+  });
+}
+
+void add_cell(DescriptionTable& file) {
+  using D = Description;
+  table::Field parts = table::field({}, table::Field::Type::kTexts, {});
+  parts.count.min = 1;
+  for (table::Field& one : parameter_fields()) file.object(std::move(one), {});
+  file.members("frames", "place", frame_table(), &D::frames, "Poses by name, to be used as 'in'.")
+      .members("devices", "device", device_entry_table(), &D::devices,
+               "Arms, bases, sensors, tools, grippers and I/O blocks by name.")
+      .object(table::map_field("composed", std::move(parts),
+                               "Composed devices: name to the names of its devices, signals or other composed devices. "
+                               "A net can hold it as one device (docs/devices/composed.md)."),
+              read_composed)
+      .members("objects", "object", object_table(), &D::objects, "Physical objects by name.")
+      .value("materials", table::json_type(device::materials_field()), &D::materials,
+             "Surfaces beyond those of models/materials.json, by name; a known name is replaced (docs/contacts.md).")
+      .value("contacts", table::json_type(device::contacts_field()), &D::contacts,
+             "What two materials do together where it is not what follows from the two.")
+      .part("collisions", "collisions", collisions_table(), &D::collisions,
+            "Checks of collisions, in the rehearsal and in the run (docs/world.md).")
+      .fallback("on, with the defaults")
+      .members("cameras", "camera", camera_table(), &D::cameras, "Cameras by name.")
+      .part("film", "film", film_table(), &D::film, "What the film shows.");
+}
+
+table::Field nets_field() {
+  table::Field file = table::field({}, table::Field::Type::kText, {});
+  file.count.min = 1;
+  table::Field net = table::field({}, table::Field::Type::kEither, {});
+  net.items = {std::move(file), table::any_object()};
+  table::Field nets = table::field("nets", table::Field::Type::kMap,
+                                   "Nets written by hand, by name, for the step 'net': the net itself, or its file in "
+                                   "the folder of the scenario or below (docs/nets.md).");
+  nets.items = {std::move(net)};
+  return nets;
+}
+
+table::Field faults_field() {
+  table::Field faults = table::field("faults", table::Field::Type::kList,
+                                     "Faults and actions at the cabinet during the run, at given times.");
+  faults.items = {fault_form()};
+  return faults;
+}
+
+void add_program(DescriptionTable& file) {
+  using D = Description;
+  table::Field program =
+      defined("program", table::Field::Type::kObject, "step", "What the cell does: one step, usually a sequence.");
+  program.required = true;  // read_document() asks for it where a scenario is read
+  file.object(table::map_field("channels", device::channel_table().form("channel"),
+                               "Values that nets exchange with each other and with the outside, by name "
+                               "(docs/channels.md)."),
+              read_channels)
+      .object(nets_field(),  // read_nets() has read them
+              [](const table::Field& row, const table::Context& from, D&) { (void)from.reader.object(row.key, false); })
+      .object(faults_field(), [](const table::Field&, const table::Context& from,
+                                 D& description) { description.faults = read_faults(from.reader); })
+      .object(std::move(program),
+              [](const table::Field& row, const table::Context& from, D& description) {
+                if (const Json* json = from.reader.object(row.key, false)) description.program = *json;
+              })
+      .value("programs", table::json_type(defined({}, table::Field::Type::kMap, "sub_program", {})), &D::programs,
+             "Programs that the step 'call' runs, by name (docs/programs.md).")
+      .elements("operator", "operator_action", operator_table(), &D::operator_script,
+                "What an operator does at the panel while the program runs.")
+      .object(defined("expectations", table::Field::Type::kList, "expectation",
+                      "Statements about the run; the verdict is 'passed' if all are true."),
+              [](const table::Field&, const table::Context& from, D& description) {
+                read_expectations(from.reader, description);
+              });
+}
+
+const DescriptionTable& golden_table() {
+  static const auto table = [] {
+    DescriptionTable golden;
+    golden
+        .elements("tolerances", "tolerance", tolerance_table(), &Description::tolerances,
+                  "The first one that fits a column counts; without one the unit of the column decides "
+                  "(docs/recording.md#comparing).")
+        .required();
+    return golden;
+  }();
+  return table;
+}
+
 Description read_document(const Json& document, ReadFor purpose, Diagnostics& diagnostics) {
   Description description;
   ObjectReader reader(document, "", diagnostics);
-  description.title = reader.text("title", "");
-  (void)reader.text("description", "");
-  description.seed = static_cast<std::uint64_t>(reader.integer("seed", 1, kNotNegative));
-  description.time_limit_s = reader.number("time_limit_s", 120.0, {.low = 0.0, .high = 3600, .low_open = true});
-  description.program_latency_cycles = reader.integer("program_latency_cycles", 2, {.low = 0, .high = 1000});
-  description.plant_mass_scale = reader.number("plant_mass_scale", 1.0, {.low = 0.5, .high = 2.0});
-  for_each_member(reader, "frames", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.frames.push_back({name, read_placement(json, pointer, diagnostics)});
-  });
-  for_each_member(reader, "devices", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.devices.push_back(read_device(name, json, pointer, diagnostics));
-  });
-  for_each_member(reader, "composed", [&](const auto& name, const Json& parts, const std::string& pointer) {
-    // A reader of this member alone: it searches, and there may be many.
-    const Json one = Json::object({{name, parts}});
-    ObjectReader wholes(one, reader.at("composed"), diagnostics);
-    description.composed.push_back({name, pointer, wholes.texts(name)});
-    if (description.composed.back().parts.empty())
-      diagnostics.error(Code::kMissing, pointer, "no part is given", "at least one device");
-  });
-  for_each_member(reader, "objects", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.objects.push_back(read_object(name, json, pointer, diagnostics));
-  });
-  if (const Json* materials = reader.object("materials", false)) description.materials = *materials;
-  if (const Json* contacts = reader.array("contacts", false)) description.contacts = *contacts;
-  for_each_member(reader, "cameras", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.cameras.push_back(read_camera(name, json, pointer, diagnostics));
-  });
-  if (const Json* film = reader.object("film", false)) description.film = read_film(*film, "/film", diagnostics);
-  for_each_member(reader, "channels", [&](const auto& name, const Json& json, const std::string& pointer) {
-    description.channels.push_back(device::channel_from_json(name, json, pointer, diagnostics));
-  });
-  (void)reader.object("nets", false);  // read by read_nets()
-  read_faults(reader, description.faults);
+  description_table().read_into(description, {reader});
+  if (purpose == ReadFor::kScenario && !reader.has("program")) (void)reader.object("program");
   for (DeviceEntry& device : description.devices)
-    device.may_fail = std::ranges::any_of(description.faults, [&](const FaultEntry& fault) {
-      return fault.device.substr(0, fault.device.find('/')) == device.name;  // "BLOCK/TERMINAL" too
+    device.may_fail = std::ranges::any_of(description.faults, [&](const auto& fault) {
+      const std::string_view failing = fault->failing_device();  // "BLOCK/TERMINAL" too
+      return failing.substr(0, failing.find('/')) == device.name;
     });
-  if (const Json* collisions = reader.object("collisions", false))
-    description.collisions = read_collisions(*collisions, "/collisions", diagnostics);
-  const bool required = purpose == ReadFor::kScenario;
-  if (const Json* program = reader.object("program", required)) description.program = *program;
-  if (const Json* programs = reader.object("programs", false)) description.programs = *programs;
-  if (const Json* script = reader.array("operator", false)) {
-    description.operator_script = read_operator(*script, "/operator", diagnostics);
-  }
-  read_expectations(reader, description);
-  if (const Json* golden = reader.object("golden", false))
-    description.tolerances = read_golden(*golden, "/golden", diagnostics);
   reader.finish();
   check_names(description, diagnostics);
   check_film(description, diagnostics);
@@ -430,10 +240,6 @@ void apply(const Override& change, Json& document, Diagnostics& diagnostics) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// @param folder  of the files that the text names; none are found below an empty one
 std::optional<Description> parse(std::string_view text, const std::filesystem::path& folder,
                                  const std::vector<Override>& overrides, std::optional<std::uint64_t> seed,
@@ -454,6 +260,21 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
 }
 
 }  // namespace
+
+const table::Table<Description>& description_table() {
+  static const auto table = [] {
+    DescriptionTable file;
+    add_figures(file);
+    add_cell(file);
+    add_program(file);
+    file.part(
+        "golden", {}, golden_table(), [](Description & description) -> auto& { return description; },
+        "How closely runs have to follow the golden of this scenario (takt bless), and its recordings each other "
+        "(takt compare).");
+    return file;
+  }();
+  return table;
+}
 
 Result<Description> parse_description(std::string_view text, const std::vector<Override>& overrides,
                                       std::optional<std::uint64_t> seed) {

@@ -1,14 +1,13 @@
 #include "scenario/operator.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/base/object_reader.h"
 #include "core/device/channel_file.h"
+#include "core/table/table.h"
 
 namespace takt::scenario {
 namespace {
@@ -16,51 +15,51 @@ namespace {
 using Json = nlohmann::ordered_json;
 using ActionKind = OperatorAction::Kind;
 
-struct KindName {
-  ActionKind kind;
-  const char* name;
-};
+using ActionTable = table::Table<OperatorAction>;
 
-constexpr std::array<KindName, 6> kKinds{{{ActionKind::kPause, "pause"},
-                                          {ActionKind::kResume, "resume"},
-                                          {ActionKind::kOverride, "override"},
-                                          {ActionKind::kCancel, "cancel"},
-                                          {ActionKind::kAbort, "abort"},
-                                          {ActionKind::kWrite, "write"}}};
-
-ActionKind read_kind(ObjectReader& reader) {
-  std::vector<std::string> names;
-  for (const KindName& entry : kKinds) names.emplace_back(entry.name);
-  const std::string name = reader.choice("do", names);
-  const auto found = std::ranges::find(kKinds, name, [](const KindName& entry) { return std::string(entry.name); });
-  return found == kKinds.end() ? ActionKind::kPause : found->kind;
+void read_written(const table::Field& row, const table::Context& from, OperatorAction& action) {
+  if (const Json* value = from.reader.child(row.key)) {
+    action.value = value->dump();
+  } else {
+    from.reader.diagnostics().error(Code::kMissing, from.reader.pointer(), "key 'value' is missing",
+                                    "Give what is written, or null");
+  }
 }
 
-OperatorAction read_action(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  OperatorAction action;
-  action.pointer = pointer;
-  action.kind = read_kind(reader);
-  constexpr Range kTime{.low = 0.0, .high = 3600.0};
-  if (reader.has("at_step")) {
-    action.step = reader.text("at_step");
-    if (action.step.empty())
-      diagnostics.error(Code::kMissing, reader.at("at_step"), "an empty name", "the name of a step");
-    action.after_s = reader.number("after_s", 0.0, kTime);
-  } else {
-    action.after_s = reader.number("at_s", {}, kTime);
-  }
-  if (action.kind == ActionKind::kOverride) action.override_ = reader.number("value", {}, {.low = 0.0, .high = 1.0});
-  if (action.kind == ActionKind::kWrite) {
-    action.channel = reader.text("channel");
-    if (const Json* value = reader.child("value")) {
-      action.value = value->dump();
-    } else {
-      diagnostics.error(Code::kMissing, pointer, "key 'value' is missing", "what is written, or null");
-    }
-  }
-  reader.finish();
-  return action;
+const ActionTable& override_table() {
+  static const auto table = [] {
+    ActionTable override_;
+    override_.number("value", "", &OperatorAction::override_, {.low = 0.0, .high = 1.0}, "Share of the planned speed.")
+        .required();
+    return override_;
+  }();
+  return table;
+}
+
+const ActionTable& write_table() {
+  static const auto table = [] {
+    table::Field value = table::field("value", table::Field::Type::kAny, "The value that is written, or null.");
+    value.required = true;
+    ActionTable write;
+    write.named("channel", table::NameOf::kChannel, &OperatorAction::channel, "A channel that is written from outside.")
+        .required()
+        .object(std::move(value), read_written);
+    return write;
+  }();
+  return table;
+}
+
+constexpr Range kActionTime{.low = 0.0, .high = 3600.0};
+
+void read_time(const table::Field& row, const table::Context& from, OperatorAction& action) {
+  if (from.reader.has(row.key)) action.after_s = from.reader.number(row.key, {}, row.range);
+}
+
+table::Field time_field(std::string_view key, std::string_view doc) {
+  table::Field time = table::field(key, table::Field::Type::kNumber, doc);
+  time.unit = "s";
+  time.range = kActionTime;
+  return time;
 }
 
 /// What the cell begins with: hardware moves slowly at first.
@@ -73,12 +72,38 @@ double initial_override(rcc::ControlCore& core) {
 
 }  // namespace
 
-std::vector<OperatorAction> read_operator(const Json& list, const std::string& pointer, Diagnostics& diagnostics) {
-  std::vector<OperatorAction> actions;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    actions.push_back(read_action(list[i], pointer + pointer_segment(i), diagnostics));
-  }
-  return actions;
+const ActionTable& operator_table() {
+  static const auto table = [] {
+    ActionTable action;
+    action
+        .choose<ActionKind>("do", &OperatorAction::kind,
+                            {{"pause", ActionKind::kPause},
+                             {"resume", ActionKind::kResume},
+                             {"override", ActionKind::kOverride, {}, &override_table()},
+                             {"cancel", ActionKind::kCancel},
+                             {"abort", ActionKind::kAbort},
+                             {"write", ActionKind::kWrite, {}, &write_table()}},
+                            "pause: all planned motions stop on their paths and no step begins; resume: they continue; "
+                            "override: speed of all planned motions; cancel: like Ctrl-C, motions brake on their paths "
+                            "and nothing follows; abort: all devices stop at once and the run ends with an error; "
+                            "write: writes a channel.")
+        .required()
+        .object(time_field("at_s", "When: simulated time. This or 'at_step'."), read_time)
+        .named("at_step", table::NameOf::kStep, &OperatorAction::step,
+               "When: at the first start of a step of this name.")
+        .not_empty()
+        .object(time_field("after_s", "Delay after 'at_step'; without it none."), read_time)
+        .rule(
+            {.kind = table::Rule::Kind::kOneOf, .groups = {{"at_s"}, {"at_step"}}, .hint = "Give 'at_s' or 'at_step'"})
+        .rule({.kind = table::Rule::Kind::kNeeds,
+               .groups = {{"after_s"}, {"at_step"}},
+               .hint = "Add 'at_step', or use 'at_s'",
+               .at = "after_s",
+               .code = Code::kUnknownKey})
+        .rule([](OperatorAction& entry, const table::Context& from) { entry.pointer = from.reader.pointer(); });
+    return action;
+  }();
+  return table;
 }
 
 Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/object_reader.h"
+#include "core/base/diagnostics.h"
 #include "core/device/thread.h"
 #include "core/world/object.h"
 
@@ -16,19 +16,6 @@ struct ScrewEntry {
   double length_m = 0.0;                       ///< of the shank, below the head
   std::optional<device::Thread> figures = {};  ///< of models/threads.json, once they have been looked up
 };
-
-/// The shapes of an object.
-struct ShapeList {
-  std::vector<world::Object::Part> parts;
-  std::vector<double> masses;         ///< kg, one per part, or none
-  std::vector<std::string> pointers;  ///< one per part: where it is in the file
-};
-
-/// The shapes of an object: of "shape" and its sizes, or of "parts". Tubes and containers become the shapes that they
-/// are made of. Diagnostics have pointers into the object. Realtime: setup.
-[[nodiscard]] ShapeList read_shapes(ObjectReader& reader);
-/// "screw", if there is one. Realtime: setup.
-[[nodiscard]] std::optional<ScrewEntry> read_screw(ObjectReader& reader);
 
 /// Gives the bores with a thread or a clearance the radius of their size. Realtime: setup.
 /// @param pointers  of the parts

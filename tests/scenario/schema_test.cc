@@ -157,6 +157,12 @@ constexpr const char* kEverything = R"json({
     {"do": "set_frame", "as": "here", "in": "table", "of": "gripper/tip", "position_m": [0, 0, 0.1],
      "rpy_deg": [0, 0, 5]}
   ]},
+  "faults": [{"at_s": 1}, {"at_s": 1, "do": "release", "arm": "arm"},
+             {"at_s": 2, "do": "emergency_stop", "category": 1, "brakes_after_s": 0.5}, {"at_s": 3, "do": "reset"},
+             {"at_s": 1, "do": "push", "body": "block", "force_N": [0, 0, 1], "seconds": 0.1},
+             {"at_s": 1, "do": "sensor", "sensor": "wrist", "fault": "bias", "force_N": [0, 0, 1]},
+             {"at_s": 1, "do": "sensor", "sensor": "io/di2", "fault": "value", "value": true},
+             {"at_s": 1, "do": "device", "device": "arm", "fault": "loss", "share": 0.1, "seconds": 1}],
   "operator": [{"at_s": 1, "do": "pause"}, {"at_step": "touch", "after_s": 0.5, "do": "resume"},
                {"at_s": 2, "do": "override", "value": 0.5}, {"at_s": 3, "do": "write", "channel": "go", "value": true},
                {"at_s": 4, "do": "cancel"}, {"at_s": 5, "do": "abort"}],
@@ -542,6 +548,20 @@ constexpr Mistake kMistakes[] = {
     {"/expectations/18/events/1/text", nullptr},
     {"/expectations/19/only", nullptr},
     {"/expectations/19/only/0", "[\"probe\"]"},
+    {"/faults/0/at_s", nullptr},
+    {"/faults/0/at_s", "-1"},
+    {"/faults/0/category", "3"},
+    {"/faults/0/do", "\"push\""},
+    {"/faults/0/do", "\"stopp\""},
+    {"/faults/2/arm", "\"arm\""},
+    {"/faults/4/body", nullptr},
+    {"/faults/5/force_N", nullptr},
+    {"/faults/5/share", "0.5"},
+    {"/faults/6/value", nullptr},
+    {"/faults/7/share", "2"},
+    {"/objects/block/shape", "\"sphere\""},
+    {"/objects/block/radius_m", "0.1"},
+    {"/objects/block/damping_N_s_m", "10"},
 };
 INSTANTIATE_TEST_SUITE_P(Each, ScenarioMistake, testing::ValuesIn(kMistakes));
 
