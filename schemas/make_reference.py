@@ -20,6 +20,8 @@ SECTIONS = [
     ("device", "Device", "An arm, base, sensor, tool, gripper or I/O block."),
     ("object", "Object", "A physical object: a model, one shape, or several shapes."),
     ("part", "Part of an object", "A shape with a pose in the object's frame."),
+    ("bore", "Bore", "A round hole in a box or cylinder ([bores.md](bores.md)): with a radius, a thread, or the clearance for a screw."),
+    ("copies", "Copies", "An entry that stands for several."),
     ("material", "Material", "How a surface answers a touch ([contacts.md](contacts.md))."),
     ("contact_rule", "Contact rule", "What two materials do together, where it is not what follows from the two."),
     ("collisions", "Collisions", "What may not meet, and what may ([world.md](world.md))."),
@@ -77,6 +79,9 @@ class Page:
         while isinstance(node, dict):
             if "description" in node:
                 return node["description"]
+            if "anyOf" in node:
+                texts = [self.description(one) for one in node["anyOf"]]
+                return " ".join(dict.fromkeys(text for text in texts if text))
             if "$ref" in node:
                 node = self.resolve(node)
             elif len(node.get("allOf", [])) == 1:
@@ -148,25 +153,43 @@ class Page:
         names = {"string": "text", "integer": "whole number", "number": "number", "boolean": "true or false", None: "value"}
         return names[kind] + self.range_of(node)
 
-    def row(self, key, node, required):
+    def row(self, key, node, required, words=None):
         text = self.description(node)
         default = self.keyword(node, "default")
-        written = re.search(r"; default: (.+?)\.$", text)
+        written = re.search(r"; default: (.+?)\.$", text) or re.search(r"\. Default: (.+)\.$", text)
+        allowed, needed = words or ("", False)
         if written:
             text, default_text = text[: written.start()] + ".", written.group(1)
+        elif needed:
+            default_text = "**required**"
         elif default is not None:
             default_text = json.dumps(default).strip('"')
         else:
             default_text = "**required**" if key in required else ""
-        return f"| `{key}` | {self.type_of(node)} | {default_text} | {link(text)} |"
+        return f"| `{key}` | {self.type_of(node)} | {default_text} | {allowed}{link(text)} |"
+
+    def words_of(self, node):
+        """For each key that only some words of a discriminator allow: which, and whether they need it."""
+        cases = []
+        for one in node.get("allOf", []):
+            chosen = one.get("if", {}).get("properties", {})
+            if len(chosen) == 1 and "const" in next(iter(chosen.values())):
+                cases.append((next(iter(chosen)), next(iter(chosen.values()))["const"], one["then"]))
+        found = {}
+        for key in node.get("properties", {}):
+            allowing = [case for case in cases if case[2].get("properties", {}).get(key, True) is not False]
+            if cases and len(allowing) < len(cases):
+                words = ", ".join(f"`{word}`" for _, word, _ in allowing)
+                found[key] = (f"With {words}: ", all(key in then.get("required", []) for _, _, then in allowing))
+        return found
 
     def rows(self, node, prefix=""):
         """A row per key; the keys of an object that is described in place follow it as key/key."""
-        rows = []
+        rows, words = [], self.words_of(node)
         for key, value in node.get("properties", {}).items():
             if isinstance(value, bool) or value in IN_EVERY_COMMAND:
                 continue
-            rows.append(self.row(prefix + key, value, [prefix + one for one in node.get("required", [])]))
+            rows.append(self.row(prefix + key, value, [prefix + one for one in node.get("required", [])], words.get(key)))
             inner = value.get("items", value) if isinstance(value, dict) else value
             if not self.section_of(inner) and "properties" in inner:
                 rows += self.rows(inner, prefix + key + "/")
@@ -212,13 +235,23 @@ class Page:
         lines = [f"## {title}", intro, ""]
         if name == "declarations":
             node = node["additionalProperties"]["anyOf"][1]
-        if name == "object":
-            node = {**node, "properties": {**node["properties"],
-                                           "shape": self.definitions["shape"]["properties"]["shape"]}}
-        if name == "part":
-            node = {**node, "properties": {**node["properties"],
-                                           "shape": self.definitions["shape"]["properties"]["shape"]}}
+        kinds = [one["then"]["$ref"].rsplit("/", 1)[1] for one in node.get("allOf", []) if "$ref" in one.get("then", {})]
+        if kinds:
+            return lines + self.kinds(node, name, kinds)
         lines += self.forms(node) if "anyOf" in node and "properties" not in node else self.table(node)
+        return lines + [""]
+
+    def kinds(self, node, name, kinds):
+        """What all kinds have, and a table of each."""
+        key = next(iter(node["properties"]))
+        common = [one for one in self.definitions[kinds[0]]["properties"] if one != key
+                  and all(self.definitions[kind]["properties"].get(one) == self.definitions[kinds[0]]["properties"][one] for kind in kinds)]
+        shared = {key: node["properties"][key], **{one: self.definitions[kinds[0]]["properties"][one] for one in common}}
+        lines = self.table({"properties": shared, "required": self.definitions[kinds[0]].get("required", [])})
+        for kind in kinds:
+            body = self.definitions[kind]
+            own = {**body, "properties": {k: v for k, v in body["properties"].items() if k not in (key, *common)}}
+            lines += ["", f"### {kind[len(name) + 1:]}", body["description"], "", *self.table(own)]
         return lines + [""]
 
     def steps(self):

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""Brings the operations in scenario.schema.json up to date with the tables of parameters that the program has.
+"""Brings the schemas up to date with the tables that the program has.
 
-  python3 schemas/make_schema.py [TAKT]            writes the file again
-  python3 schemas/make_schema.py --check [TAKT]    exit status 1 if that would change it
+  python3 schemas/make_schema.py [TAKT]            writes them again
+  python3 schemas/make_schema.py --check [TAKT]    exit status 1 if that would change one
 
-TAKT is the program, build/release/tools/takt by default. `takt operations --schema` prints one definition per operation; they
-stand at the end of the file, after a line that says so. All that is above that line is written by hand: what has no table, and
-rules about several keys of an operation NAME in a definition NAME_rules, which this script puts into allOf of the printed one.
+TAKT is the program, build/release/tools/takt by default. `takt schema scenario` prints what scenario files may hold, from the tables
+that read them. Definitions that have no table yet are in by_hand.json; the program prints none of them.
 """
 import json
 import pathlib
@@ -14,8 +13,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCHEMA = ROOT / "schemas/scenario.schema.json"
-PRINTED = '    "printed": {"$comment": "Definitions from here on: takt operations --schema; see schemas/make_schema.py."},\n'
+BY_HAND = ROOT / "schemas/by_hand.json"
 WIDTH = 120
 
 
@@ -35,32 +33,30 @@ def text_of(value, indent, lead=0):
 
 
 def with_rules(name, definition, by_hand):
+    """Rules about several keys of an operation that its table does not have."""
     if name + "_rules" not in by_hand:
         return definition
-    return {**definition, "allOf": [{"$ref": f"#/definitions/{name}_rules"}]}
+    return {**definition, "allOf": definition.get("allOf", []) + [{"$ref": f"#/definitions/{name}_rules"}]}
 
 
-def schema(takt):
+def scenario(takt):
     """The whole text of scenario.schema.json."""
-    printed = json.loads(subprocess.run([takt, "operations", "--schema"], capture_output=True, text=True, check=True).stdout)
-    by_hand, _, old = SCHEMA.read_text().partition(PRINTED)
-    if not old:
-        sys.exit(f"{SCHEMA} lacks the line\n{PRINTED}")
-    names = json.loads(by_hand.rstrip().rstrip(",") + "}}")["definitions"]
-    both = sorted(set(names) & set(printed["definitions"]))
+    printed = json.loads(subprocess.run([takt, "schema", "scenario"], capture_output=True, text=True, check=True).stdout)
+    by_hand = json.loads(BY_HAND.read_text())
+    both = sorted(set(by_hand) & set(printed["definitions"]))
     if both:
         sys.exit(f"by hand and from a table: {', '.join(both)}")
-    definitions = [f'    "{name}": {text_of(with_rules(name, one, names), 4, len(name) + 4)}'
-                   for name, one in printed["definitions"].items()]
-    return by_hand + PRINTED + ",\n".join(definitions) + "\n  }\n}\n"
+    definitions = {name: with_rules(name, one, by_hand) for name, one in printed["definitions"].items()}
+    return text_of({**printed, "definitions": {**definitions, **by_hand}}, 0) + "\n"
 
 
 def main():
     arguments = [one for one in sys.argv[1:] if one != "--check"]
-    text = schema(arguments[0] if arguments else str(ROOT / "build/release/tools/takt"))
+    takt = arguments[0] if arguments else str(ROOT / "build/release/tools/takt")
+    file, text = ROOT / "schemas/scenario.schema.json", scenario(takt)
     if "--check" in sys.argv:
-        return 0 if text == SCHEMA.read_text() else 1
-    SCHEMA.write_text(text)
+        return 0 if text == file.read_text() else 1
+    file.write_text(text)
     return 0
 
 
