@@ -33,7 +33,9 @@ const table::Table<Bore>& bore_table() {
         .number("chamfer_m", "m", &Bore::chamfer, kNotNegative, "Width of the 45 degree chamfer at each mouth.")
         .fallback("0, of a thread a little more than its depth")
         .rule([](Bore& b, const table::Context& from) {
-          if (!b.thread.empty() && !from.reader.has("chamfer_m")) b.chamfer = -1.0;  // until the size is known
+          // Until the size is known.
+          if (!from.reader.has("radius_m")) b.radius = 0.001;
+          if (!b.thread.empty() && !from.reader.has("chamfer_m")) b.chamfer = -1.0;
         });
     return bore;
   }();

@@ -132,7 +132,10 @@ const table::Table<CollisionsEntry>& collisions_table() {
                 "Bodies that come nearer to each other collide.")
         .elements("allow", "allowed_contact", allowed, &CollisionsEntry::allow, "Pairs that may meet.")
         .text("off", &CollisionsEntry::off, "Nothing is checked, for this reason.")
-        .not_empty();
+        .not_empty()
+        .rule([](CollisionsEntry& entry, const table::Context&) {
+          std::erase_if(entry.allow, [](const Allowed& pair) { return pair.between.size() != 2; });
+        });
     return collisions;
   }();
   return table;

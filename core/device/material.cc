@@ -39,6 +39,7 @@ const table::Table<MaterialEntry>& material_entry_table() {
         .named("like", NameOf::kMaterial, &M::like,
                "Material whose figures count where this one says nothing; without it stiffness, damping and friction "
                "are required.")
+        .not_empty()
         .number("stiffness_N_m", "N/m", &M::stiffness, kPositive, "Stiffness of one side of a contact.")
         .fallback({})
         .number("damping_N_s_m", "N*s/m", &M::damping, kNotNegative, "Damping of one side of a contact.")
