@@ -35,11 +35,11 @@ auto place_of(Pairs& pairs, int a, int b) {
 
 double pressing_force(std::span<const Eigen::Vector3d> forces) {
   // The best subset is the one in front of some plane, and its resultant is that plane's normal: from each force as a
-  // normal to the resultant of all that push its way, until nothing changes.
+  // normal to the resultant of all that do not push against it, until nothing changes.
   const auto pushing = [&](const Eigen::Vector3d& way) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& force : forces)
-      if (force.dot(way) > 0.0) sum += force;
+      if (force.dot(way) >= 0.0) sum += force;
     return sum;
   };
   constexpr int kRounds = 8;

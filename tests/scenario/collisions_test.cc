@@ -98,7 +98,8 @@ TEST(Rehearsal, WhatOverlapsAtTheStartIsAnError) {
   const CellText cell{
       .objects =
           R"("post": {"shape": "box", "size_m": [0.1, 0.1, 0.4], "at": {"in": "world", "position_m": [0, 0, 0.4]}})"};
-  EXPECT_THAT(rehearsed(cell.with(R"({"do": "wait", "seconds": 0.1})")), Reports(Code::kCollision, "", {"post", "mm"}));
+  EXPECT_THAT(rehearsed(cell.with(R"({"do": "wait", "seconds": 0.1})")),
+              Reports(Code::kCollision, "/objects/post", {"post", "mm"}));
 }
 
 TEST(Rehearsal, WhatStandsOnSomethingIsNone) {

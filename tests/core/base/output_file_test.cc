@@ -118,12 +118,15 @@ TEST_F(OutputFile, WhatIsNotWholeGoesWithTheProcess) {
   ASSERT_GT(child, 0);
   waitpid(child, nullptr, 0);
   EXPECT_TRUE(fs::exists(file->path()) && fs::exists(folder->path() / "deep" / "file 7")) << "they are not the child's";
-  { const Unfinished finished(file_); }
-  ASSERT_TRUE(write_file(file_, "whole").empty());
+  const fs::path whole = fs::path(testing::TempDir()) / "whole.txt";
+  { const Unfinished finished(whole); }
+  ASSERT_TRUE(write_file(whole, "whole").empty());
   remove_unfinished();
   EXPECT_FALSE(fs::exists(file->path()));
   EXPECT_FALSE(fs::exists(folder->path()));
-  EXPECT_EQ(content_of(file_), "whole");
+  EXPECT_FALSE(fs::exists(folder_.path())) << "of the fixture: the same";
+  EXPECT_EQ(content_of(whole), "whole");
+  fs::remove(whole);
 }
 
 TEST_F(OutputFile, TemporariesHaveNamesOfTheirOwnAndGo) {
