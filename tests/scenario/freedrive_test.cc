@@ -39,6 +39,8 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
     Diagnostics warnings;
     auto built = build_cell(*description, test::models(), false, warnings);
     ASSERT_TRUE(built) << built.error().to_string();
+    robot_.reset();
+    program_.reset();  // before its core, which has to outlive it
     cell_ = std::make_unique<BuiltCell>(std::move(*built));
     program_ = std::make_unique<activity::Runtime>(*cell_->core, cell_->cell, [this] { cycle(); });
     const auto list = [](const device::JointVector& v) { return std::vector<double>(v.begin(), v.end()); };
