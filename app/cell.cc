@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 
 #include "app/cell_setup.h"
+#include "cell/file/data_folder.h"
+#include "cell/file/operator.h"
+#include "cell/run/cell_run.h"
 #include "core/activity/command_activity.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/tare.h"
 #include "core/expression/believed_shapes.h"
-#include "scenario/cell_run.h"
-#include "scenario/data_folder.h"
-#include "scenario/operator.h"
 
 namespace takt::app {
 namespace {
@@ -43,7 +43,7 @@ std::string device_of(const Map& devices, const std::string& name, const char* k
 std::filesystem::path find_file(const std::filesystem::path& file) {
   std::error_code error;
   const auto beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / file;
-  const auto installed = scenario::data_folder() / "scenarios" / file;
+  const auto installed = cell::data_folder() / "scenarios" / file;
   for (const auto& place : {file, beside, installed})
     if (std::filesystem::exists(place, error)) return place;
   Diagnostics why;
@@ -55,7 +55,7 @@ std::filesystem::path find_file(const std::filesystem::path& file) {
 
 /// Models that are not there at all are told as that, not one by one only.
 void explain_missing_data(Diagnostics& diagnostics) {
-  const auto models = scenario::data_folder() / "models";
+  const auto models = cell::data_folder() / "models";
   std::error_code error;
   if (std::filesystem::is_directory(models, error)) return;
   diagnostics.error(Code::kNotFound, "",
@@ -89,7 +89,7 @@ class Cell::Impl {
         .variables = &run_->variables(),
         .event = [this](auto source, auto name, auto text) { run_->note(source, name, text); }};
     if (setup_.run.realtime) {
-      realtime_ = scenario::realtime_loop(built_, setup_.run);
+      realtime_ = cell::realtime_loop(built_, setup_.run);
       wanted.realtime = realtime_->support();
       wanted.scheduler.margin_cycles = activity::RealtimeSupport::kMargin;
     }
@@ -97,8 +97,8 @@ class Cell::Impl {
     runtime_.emplace(
         *built_.core, built_.cell, [this] { cycle(); }, wanted);
     operator_.emplace(description_.operator_script, *built_.core, built_.emergency_stop,
-                      scenario::OperatedProgram{.hold = [this](bool held) { runtime_->hold(held); },
-                                                .cancel = [this] { runtime_->cancel(); }},
+                      cell::OperatedProgram{.hold = [this](bool held) { runtime_->hold(held); },
+                                            .cancel = [this] { runtime_->cancel(); }},
                       [this](auto name, auto text) { run_->note("operator", name, text); });
     run_->ask_touching([this] { return runtime_->touching(); });
     run_->ask_where([this] { return step_; });
@@ -134,10 +134,10 @@ class Cell::Impl {
     std::fflush(stdout);
   }
 
-  void expect(scenario::ExpectationResult result) { run_->report().expectations.push_back(std::move(result)); }
+  void expect(cell::ExpectationResult result) { run_->report().expectations.push_back(std::move(result)); }
 
-  scenario::RunReport finish(const Diagnostics& why, const std::function<std::string()>& run_again) {
-    scenario::RunReport& report = run_->report();
+  cell::RunReport finish(const Diagnostics& why, const std::function<std::string()>& run_again) {
+    cell::RunReport& report = run_->report();
     if (!broken_) report.diagnostics.append(why);  // else the report knows it already
     runtime_->drop_coroutines();
     if (why.has_errors()) runtime_->cancel();
@@ -164,15 +164,14 @@ class Cell::Impl {
   void ask(const std::string& activity) {
     if (!setup_.run.before_step) return;
     const std::string name = step_.empty() ? activity : step_ + ": " + activity;
-    const scenario::NextStep next{
-        .name = name, .pointer = {}, .sim_time = to_seconds(built_.core->time()), .changed = {}};
+    const cell::NextStep next{.name = name, .pointer = {}, .sim_time = to_seconds(built_.core->time()), .changed = {}};
     switch (setup_.run.before_step(next)) {
-      case scenario::StepAnswer::kNext:
+      case cell::StepAnswer::kNext:
         break;
-      case scenario::StepAnswer::kContinue:
+      case cell::StepAnswer::kContinue:
         setup_.run.before_step = nullptr;
         break;
-      case scenario::StepAnswer::kCancel:
+      case cell::StepAnswer::kCancel:
         interrupted_ = true;
         runtime_->cancel();
     }
@@ -180,14 +179,14 @@ class Cell::Impl {
 
   static device::ModelLibrary library(const CellOptions& options) {
     std::vector<std::filesystem::path> folders = options.models;
-    folders.push_back(scenario::data_folder() / "models");
+    folders.push_back(cell::data_folder() / "models");
     return device::ModelLibrary(std::move(folders));
   }
 
   void read(const std::filesystem::path& file) {
     Diagnostics diagnostics;
     auto description =
-        read_description(file, setup_.open.overrides, setup_.open.seed, diagnostics, scenario::ReadFor::kCell);
+        read_description(file, setup_.open.overrides, setup_.open.seed, diagnostics, cell::ReadFor::kCell);
     if (diagnostics.has_errors() && description) diagnostics.append(check_cell_names(*description, models_));
     diagnostics.set_file(file.string());
     if (diagnostics.has_errors() || !description) refuse_cell(std::move(diagnostics));
@@ -203,7 +202,7 @@ class Cell::Impl {
     std::vector<std::string> arms;
     for (const auto& [name, arm] : names_of_cell(description_, models_).arms) arms.push_back(name);
     Diagnostics diagnostics;
-    scenario::ArmGroups groups;
+    cell::ArmGroups groups;
     for (const std::vector<std::string>& group : *groups_) {
       for (const std::string& name : group) {
         if (std::ranges::find(arms, name) != arms.end()) continue;
@@ -215,7 +214,7 @@ class Cell::Impl {
     diagnostics.set_file(description_.file.string());
     if (diagnostics.has_errors()) refuse_cell(std::move(diagnostics));
     for (const std::string& arm : arms) groups.insert({arm});
-    description_.site.separate = scenario::merged(groups);
+    description_.site.separate = cell::merged(groups);
     description_.site.cooperating = std::move(groups);
   }
 
@@ -264,8 +263,7 @@ class Cell::Impl {
     });
     while (!stopped() && one_cycle({})) {
       const auto connection = run_->look_for_devices();
-      if (connection != scenario::CellRun::Connection::kWaiting)
-        return connection == scenario::CellRun::Connection::kThere;
+      if (connection != cell::CellRun::Connection::kWaiting) return connection == cell::CellRun::Connection::kThere;
     }
     return false;
   }
@@ -330,14 +328,14 @@ class Cell::Impl {
   CellSetup setup_;
   device::ModelLibrary models_;
   CooperatingArms groups_;
-  scenario::Description description_;
-  scenario::BuiltCell built_;
-  std::vector<std::unique_ptr<scenario::Expectation>> expectations_;
+  cell::Description description_;
+  cell::BuiltCell built_;
+  std::vector<std::unique_ptr<cell::Expectation>> expectations_;
   Diagnostics warnings_;
-  std::optional<scenario::CellRun> run_;
-  std::unique_ptr<scenario::RealtimeLoop> realtime_;  ///< null: lock-step
+  std::optional<cell::CellRun> run_;
+  std::unique_ptr<cell::RealtimeLoop> realtime_;  ///< null: lock-step
   std::optional<activity::Runtime> runtime_;
-  std::optional<scenario::Operator> operator_;
+  std::optional<cell::Operator> operator_;
   std::string step_;
   bool interrupted_ = false, broken_ = false;
 };
@@ -431,7 +429,7 @@ void Cell::expect(const std::string& name, bool passed, const std::string& measu
   impl_->expect({.name = name, .kind = "program", .passed = passed, .measured = measured});
 }
 
-scenario::RunReport Cell::finish(const Diagnostics& why, const std::function<std::string()>& run_again) {
+cell::RunReport Cell::finish(const Diagnostics& why, const std::function<std::string()>& run_again) {
   Diagnostics all = why;
   try {
     if (!why.has_errors() && !impl_->broken()) wait_for_all();

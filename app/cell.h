@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "app/interfaces/actuator_interfaces.h"
+#include "app/interfaces/frame_handle.h"
+#include "cell/judge/run_report.h"
 #include "core/expression/device_sensors.h"
-#include "core/operations/actuator_interfaces.h"
-#include "core/operations/frame_handle.h"
-#include "scenario/run_report.h"
 
 namespace takt::app {
 
@@ -110,8 +110,7 @@ class Cell {
 
   /// Ends the run: waits for what was begun (or, if `why` says what went wrong, cancels it), closes film and recording,
   /// and judges the expectations of the file. Once. @param run_again  digest of a second run, for "repeats"
-  [[nodiscard]] scenario::RunReport finish(const Diagnostics& why = {},
-                                           const std::function<std::string()>& run_again = {});
+  [[nodiscard]] cell::RunReport finish(const Diagnostics& why = {}, const std::function<std::string()>& run_again = {});
 
   // -- Below ---------------------------------------------------------------------------------------------------------
   [[nodiscard]] activity::Runtime& runtime();

@@ -10,8 +10,8 @@
 #include "app/cell_setup.h"
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "cell/run/interruptions.h"
 #include "core/base/text_location.h"
-#include "scenario/interruptions.h"
 
 namespace takt::app {
 namespace {
@@ -41,7 +41,7 @@ Diagnostics carry_out(Cell& cell, const Program& program) {
 }
 
 std::string digest_of_second_run(const std::filesystem::path& file, const CellOptions& options,
-                                 const scenario::OpenOptions& open, const Program& program) {
+                                 const cell::OpenOptions& open, const Program& program) {
   CellOptions quiet = options;
   quiet.quiet = true;
   CellSetup setup{.open = open, .run = {}};
@@ -75,20 +75,20 @@ Diagnostics check(const Arguments& arguments) {
 }
 
 /// What came of the children, as an expectation of the run.
-void tell(const scenario::Interruptions& tries, scenario::RunReport& report) {
+void tell(const cell::Interruptions& tries, cell::RunReport& report) {
   const auto& failures = tries.failures();
   std::string measured = fmt::format("{} tried", tries.tried());
   for (const std::string& failure : failures) measured += "; " + failure;
   const bool held = failures.empty() && tries.tried() > 0;
   report.expectations.push_back({.name = "interruptions", .kind = "program", .passed = held, .measured = measured});
-  if (!held && report.verdict == scenario::Verdict::kPassed) report.verdict = scenario::Verdict::kFailed;
+  if (!held && report.verdict == cell::Verdict::kPassed) report.verdict = cell::Verdict::kFailed;
 }
 
-void print(const nlohmann::ordered_json& json) { fmt::print("{}", scenario::to_output_text(json)); }
+void print(const nlohmann::ordered_json& json) { fmt::print("{}", cell::to_output_text(json)); }
 
 int refuse(const Diagnostics& diagnostics, bool json) {
   fmt::print(stderr, "{}", to_located_text(diagnostics));
-  if (json) print({{"result", "error"}, {"diagnostics", scenario::to_json(diagnostics)}});
+  if (json) print({{"result", "error"}, {"diagnostics", cell::to_json(diagnostics)}});
   return kRefused;
 }
 
@@ -105,8 +105,8 @@ int run(const Arguments& arguments, const Program& program, const CooperatingArm
   log_on_stderr(arguments.log, setup.run);
   if (arguments.step) setup.run.before_step = ask_on_terminal;
   if (!arguments.json && !arguments.step) show_progress_on_terminal(setup.run);
-  scenario::Interruptions tries(
-      {.every = std::max<std::int64_t>(1, arguments.try_every), .ways = scenario::Interruptions::by_program});
+  cell::Interruptions tries(
+      {.every = std::max<std::int64_t>(1, arguments.try_every), .ways = cell::Interruptions::by_program});
   if (arguments.try_every > 0) tries.attach(setup.run);
   std::optional<Cell> cell;
   try {
@@ -116,7 +116,7 @@ int run(const Arguments& arguments, const Program& program, const CooperatingArm
   }
   fmt::print(stderr, "{}", to_located_text(cell->warnings()));
   const Diagnostics why = carry_out(*cell, program);
-  scenario::RunReport report = cell->finish(why, [&]() -> std::string {
+  cell::RunReport report = cell->finish(why, [&]() -> std::string {
     return tries.in_child() ? "" : digest_of_second_run(arguments.file, cell_options, open, program);
   });
   if (tries.in_child()) tries.answer_after(cell->model(), cell->core().period(), report);

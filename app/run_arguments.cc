@@ -15,7 +15,7 @@
 
 #include "app/process.h"
 #include "core/base/output_file.h"
-#include "sim/film.h"
+#include "sim/film/film.h"
 
 namespace takt::app {
 namespace {
@@ -38,8 +38,8 @@ std::optional<std::uint64_t> parse_seed(const std::optional<std::string>& text, 
 constexpr std::string_view kNoLog = "none";
 
 void check_log_level(const std::string& level, Diagnostics& diagnostics) {
-  if (level == kNoLog || scenario::log_level_named(level)) return;
-  std::vector<std::string> names = scenario::log_level_names();
+  if (level == kNoLog || cell::log_level_named(level)) return;
+  std::vector<std::string> names = cell::log_level_names();
   names.emplace_back(kNoLog);
   diagnostics.error(Code::kUnknownName, "--log", fmt::format("'{}' is not a level", level),
                     nearest_choice(level, names));
@@ -60,19 +60,19 @@ void check_products(const RunArguments& arguments, std::vector<std::filesystem::
 }
 
 /// The site file, and what the command line says over it.
-scenario::Site parse_site(const RunArguments& arguments, Diagnostics& diagnostics) {
-  scenario::Site site;
+cell::Site parse_site(const RunArguments& arguments, Diagnostics& diagnostics) {
+  cell::Site site;
   if (!arguments.site.empty()) {
-    auto read = scenario::read_site(arguments.site);
+    auto read = cell::read_site(arguments.site);
     if (read) {
       site = std::move(*read);
     } else {
       diagnostics.append(read.error());
     }
   }
-  for (const std::string& backend : arguments.backends) diagnostics.append(scenario::bind(site, backend));
+  for (const std::string& backend : arguments.backends) diagnostics.append(cell::bind(site, backend));
   if (arguments.speed_override) site.speed_override = arguments.speed_override;
-  diagnostics.append(scenario::check_clocks(site, arguments.realtime));
+  diagnostics.append(cell::check_clocks(site, arguments.realtime));
   return site;
 }
 
@@ -88,8 +88,8 @@ bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
 }  // namespace
 
-std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets, Diagnostics& diagnostics) {
-  std::vector<scenario::Override> overrides;
+std::vector<cell::Override> parse_sets(const std::vector<std::string>& sets, Diagnostics& diagnostics) {
+  std::vector<cell::Override> overrides;
   for (const std::string& set : sets) {
     const std::size_t equals = set.find('=');
     if (equals == std::string::npos || set[0] != '/') {
@@ -236,17 +236,17 @@ ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem
   return parsed;
 }
 
-void log_on_stderr(std::string_view level, scenario::RunOptions& options) {
-  const auto least = scenario::log_level_named(level);
+void log_on_stderr(std::string_view level, cell::RunOptions& options) {
+  const auto least = cell::log_level_named(level);
   if (!least) return;
-  options.tell = [least = *least](const scenario::LogEntry& entry) {
+  options.tell = [least = *least](const cell::LogEntry& entry) {
     if (entry.level < least) return;
     clear_progress();
     fmt::print(stderr, "{}\n", to_text(entry));
   };
 }
 
-void show_progress_on_terminal(scenario::RunOptions& options) {
+void show_progress_on_terminal(cell::RunOptions& options) {
   if (on_terminal()) options.progress = show_progress;
 }
 
@@ -271,18 +271,18 @@ Diagnostics check_model_folders(const std::vector<std::string>& folders) {
   return diagnostics;
 }
 
-scenario::StepAnswer ask_on_terminal(const scenario::NextStep& next) {
+cell::StepAnswer ask_on_terminal(const cell::NextStep& next) {
   for (const std::string& variable : next.changed) fmt::print(stderr, "            {}\n", variable);
   fmt::print(stderr, "{:9.3f} s  next: {}{}\n", next.sim_time, next.name,
              next.pointer.empty() ? std::string() : fmt::format(" ({})", next.pointer));
   std::string line;
   while (std::getline(std::cin, line)) {
-    if (line.empty()) return scenario::StepAnswer::kNext;
-    if (line == "c") return scenario::StepAnswer::kContinue;
-    if (line == "q") return scenario::StepAnswer::kCancel;
+    if (line.empty()) return cell::StepAnswer::kNext;
+    if (line == "c") return cell::StepAnswer::kContinue;
+    if (line == "q") return cell::StepAnswer::kCancel;
     fmt::print(stderr, "Enter: this step; c: go on without stops; q: cancel\n");
   }
-  return scenario::StepAnswer::kCancel;
+  return cell::StepAnswer::kCancel;
 }
 
 }  // namespace takt::app

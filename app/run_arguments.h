@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "scenario/session.h"
+#include "cell/run/session.h"
 
 namespace CLI {
 class App;
@@ -45,24 +45,23 @@ void add_run_options(CLI::App& parser, RunArguments& arguments);
 /// The arguments as a run takes them; all that is wrong with them goes to `diagnostics`, with the names of the options.
 /// Realtime: setup.
 struct ParsedRun {
-  scenario::OpenOptions open;
-  scenario::RunOptions run;
+  cell::OpenOptions open;
+  cell::RunOptions run;
 };
 /// @param inputs  files that the run reads: none of its products may replace one
 [[nodiscard]] ParsedRun parse(const RunArguments& arguments, const std::vector<std::filesystem::path>& inputs,
                               Diagnostics& diagnostics);
 
 /// The values of several --set, JSON_POINTER=VALUE each. Realtime: setup.
-[[nodiscard]] std::vector<scenario::Override> parse_sets(const std::vector<std::string>& sets,
-                                                         Diagnostics& diagnostics);
+[[nodiscard]] std::vector<cell::Override> parse_sets(const std::vector<std::string>& sets, Diagnostics& diagnostics);
 
 /// What happens goes to stderr, a line each, from this level on. @param level  a name of log_level_names()
-void log_on_stderr(std::string_view level, scenario::RunOptions& options);
+void log_on_stderr(std::string_view level, cell::RunOptions& options);
 /// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.
-void show_progress_on_terminal(scenario::RunOptions& options);
+void show_progress_on_terminal(cell::RunOptions& options);
 /// For RunOptions::before_step: shows on stderr what would begin, and waits for a line of stdin. Whoever goes away (end
 /// of input) wants nothing to move on.
-[[nodiscard]] scenario::StepAnswer ask_on_terminal(const scenario::NextStep& next);
+[[nodiscard]] cell::StepAnswer ask_on_terminal(const cell::NextStep& next);
 /// Takes the bar away.
 void clear_progress();
 

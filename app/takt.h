@@ -10,6 +10,10 @@
 #include <fmt/format.h>
 
 #include "app/cell.h"
+#include "app/interfaces/actuator_interfaces.h"
+#include "app/interfaces/composed_device.h"
+#include "app/interfaces/frame_handle.h"
+#include "app/interfaces/two_arms.h"
 #include "app/run.h"
 #include "core/activity/command_activity.h"
 #include "core/activity/composition.h"
@@ -19,11 +23,7 @@
 #include "core/command/actions/overlay_action.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/frame_sensors.h"
-#include "core/operations/actuator_interfaces.h"
-#include "core/operations/composed_device.h"
-#include "core/operations/frame_handle.h"
-#include "core/operations/pressing.h"
-#include "core/operations/two_arms.h"
+#include "core/operations/force/pressing.h"
 
 namespace takt::app {
 
@@ -114,7 +114,7 @@ using command::TransactionCommand;
 using command::WaitCommand;
 
 // How a run ended.
-using scenario::RunReport;
-using scenario::Verdict;
+using cell::RunReport;
+using cell::Verdict;
 
 }  // namespace takt::app

@@ -13,7 +13,7 @@
 
 #include <mujoco/mujoco.h>
 
-#include "sim/world.h"
+#include "sim/world/world.h"
 
 namespace {
 

@@ -11,8 +11,8 @@
 
 #include <mujoco/mujoco.h>
 
-#include "sim/contact_law.h"
-#include "sim/world.h"
+#include "sim/contact/contact_law.h"
+#include "sim/world/world.h"
 
 namespace {
 

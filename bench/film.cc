@@ -10,13 +10,13 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
-#include "sim/film.h"
-#include "sim/film_encoder.h"
-#include "sim/mujoco_errors.h"
-#include "sim/overlay.h"
-#include "sim/render_shapes.h"
-#include "sim/renderer.h"
-#include "sim/stage.h"
+#include "sim/film/film.h"
+#include "sim/film/film_encoder.h"
+#include "sim/film/overlay.h"
+#include "sim/film/render_shapes.h"
+#include "sim/film/renderer.h"
+#include "sim/model/mujoco_errors.h"
+#include "sim/world/stage.h"
 #include "tests/support/scratch_folder.h"
 
 namespace takt::sim {

@@ -16,7 +16,7 @@
 
 #include <fmt/format.h>
 
-#include "scenario/session.h"
+#include "cell/run/session.h"
 
 namespace takt {
 namespace {
@@ -75,25 +75,25 @@ std::string scenario_of(const Arm& arm, const Surface& surface, double y_m, cons
 Trace run(const std::string& text, const Eigen::Vector3d& pushing_W = -Eigen::Vector3d::UnitZ()) {
   static const device::ModelLibrary models({"models"});
   Trace trace;
-  auto description = scenario::parse_description(text);
+  auto description = cell::parse_description(text);
   if (!description) {
     trace.failure = description.error().to_string();
     return trace;
   }
-  auto session = scenario::Session::create(std::move(*description), models);
+  auto session = cell::Session::create(std::move(*description), models);
   if (!session) {
     trace.failure = session.error().to_string();
     return trace;
   }
   std::optional<std::size_t> watch;
-  scenario::RunOptions options;
+  cell::RunOptions options;
   options.measure_times = false;
-  options.after_cycle = [&](scenario::BuiltCell& built) {
+  options.after_cycle = [&](cell::BuiltCell& built) {
     if (!watch) watch = built.world->watch_contact("probe", "block").value();
     trace.force.push_back(pushing_W.dot(built.world->contact(*watch).force_W));
     return true;
   };
-  const scenario::RunReport report = (*session)->run(options);
+  const cell::RunReport report = (*session)->run(options);
   trace.failure = report.diagnostics.to_string();
   return trace;
 }

@@ -10,12 +10,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/cell_builder.h"
 #include "core/base/random.h"
 #include "core/device/device_file.h"
 #include "core/program/tree/program.h"
-#include "scenario/cell_builder.h"
 
-namespace takt::scenario {
+namespace takt::cell {
 namespace {
 
 /// Arms with probes that swing by 70 degrees, and boxes below and around what they sweep.
@@ -63,6 +63,6 @@ void rehearsal(benchmark::State& state) {
 BENCHMARK(rehearsal)->ArgNames({"arms", "checked"})->ArgsProduct({{1, 2}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::cell
 
 BENCHMARK_MAIN();

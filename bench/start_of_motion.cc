@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "app/interfaces/two_arms.h"
 #include "core/base/random.h"
 #include "core/device/device_file.h"
 #include "core/expression/device_sensors.h"
-#include "core/operations/two_arms.h"
 #include "tests/support/fake_arm.h"
 
 namespace takt {

@@ -5,7 +5,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "scenario/session.h"
+#include "cell/run/session.h"
 
 namespace takt {
 namespace {
@@ -15,14 +15,14 @@ const device::ModelLibrary& models() {
   return library;
 }
 
-std::unique_ptr<scenario::Session> prepare(benchmark::State& state, bool measure) {
-  auto description = scenario::read_description("scenarios/touch.json");
+std::unique_ptr<cell::Session> prepare(benchmark::State& state, bool measure) {
+  auto description = cell::read_description("scenarios/touch.json");
   if (!description) {
     state.SkipWithError(description.error().to_string().c_str());
     return nullptr;
   }
   description->expectations.clear();  // "repeats" would run everything twice
-  auto session = scenario::Session::create(std::move(*description), models(), measure);
+  auto session = cell::Session::create(std::move(*description), models(), measure);
   if (!session) {
     state.SkipWithError(session.error().to_string().c_str());
     return nullptr;
@@ -32,10 +32,10 @@ std::unique_ptr<scenario::Session> prepare(benchmark::State& state, bool measure
 
 void BM_TouchRun(benchmark::State& state) {
   const bool measure = state.range(0) != 0;
-  scenario::RunOptions options;
+  cell::RunOptions options;
   options.measure_times = measure;
   std::vector<double> factors;
-  scenario::RunReport report;
+  cell::RunReport report;
   for (auto _ : state) {
     state.PauseTiming();
     auto session = prepare(state, measure);

@@ -1,7 +1,7 @@
 # cmake -DROOT=<source folder> -DOUT=<header> -P HashHeaders.cmake: writes the hash over all headers that are installed.
 # The file is left alone if nothing changed, so that nothing is compiled again.
 cmake_minimum_required(VERSION 3.24)
-file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/core/*.h ${ROOT}/record/*.h ${ROOT}/sim/*.h ${ROOT}/scenario/*.h ${ROOT}/app/*.h)
+file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/core/*.h ${ROOT}/record/*.h ${ROOT}/sim/*.h ${ROOT}/cell/*.h ${ROOT}/app/*.h)
 list(SORT headers)
 set(text)
 foreach(header ${headers})

@@ -7,9 +7,9 @@ include(CMakePackageConfigHelpers)
 # libraries go in whole; a linker drops what the program itself does not use otherwise.
 set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinematics takt_core_motion takt_core_world takt_core_collision
     takt_core_planning takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_expression takt_core_command takt_core_command_actions
-    takt_core_activity takt_core_operations takt_core_program_language takt_core_program_tree takt_record)
+    takt_core_activity takt_core_operations takt_app_interfaces takt_core_program_language takt_core_program_tree takt_record)
 if(TAKT_SIM)
-  list(APPEND TAKT_HOSTED takt_sim takt_scenario takt_app)
+  list(APPEND TAKT_HOSTED takt_sim takt_cell takt_app)
 endif()
 function(takt_hosts_plugins target)
   takt_link_whole(${target} ${TAKT_HOSTED})
@@ -40,7 +40,7 @@ install(EXPORT taktTargets NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/
 # Headers, by their paths in the tree.
 set(folders core record)
 if(TAKT_SIM)
-  list(APPEND folders sim scenario app)
+  list(APPEND folders sim cell app)
 endif()
 install(DIRECTORY ${folders} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt FILES_MATCHING PATTERN "*.h")
 if(TAKT_SIM)  # <takt/takt.h>: what programs of a cell include
@@ -54,7 +54,7 @@ install(FILES ${CMAKE_BINARY_DIR}/generated/core/plugin/interface_hash.h
 set(data ${CMAKE_INSTALL_DATADIR}/takt)
 install(DIRECTORY models DESTINATION ${data} PATTERN "CMakeLists.txt" EXCLUDE PATTERN "*.py" EXCLUDE
   PATTERN "made" EXCLUDE)
-install(DIRECTORY lessons scenarios schemas DESTINATION ${data})
+install(DIRECTORY scenarios schemas DESTINATION ${data})
 install(FILES LICENSE README.md DESTINATION ${data})
 
 if(TAKT_SIM)

@@ -1,6 +1,7 @@
 # A layer is a folder: takt_layer(<folder with / as _> <targets it may use...> [IN_CYCLE] [ALONE <files...>]) makes the
-# static library takt_<name> from every .cc in the folder; IN_CYCLE: much of it runs in each cycle. Its tests lie in
-# tests/<folder>, its benchmarks in bench/<folder>.
+# static library takt_<name> from every .cc in the folder; IN_CYCLE: much of it runs in each cycle. ROOMS <folders...>: its
+# subfolders, from the bottom up, which belong to the same library (lint checks their order). Its tests lie in tests/<folder>,
+# its benchmarks in bench/<folder>.
 
 # Most of the time of a compiler here goes into the headers (a file of 200 lines: 1 s to load the precompiled header,
 # 3 s for JSON, 1 s for itself), so several files of a folder are compiled as one; docs/benchmarks.md has what
@@ -83,9 +84,13 @@ takt_pch_library(takt_pch)
 takt_pch_library(takt_cycle_pch ${TAKT_CYCLE_OPTIONS})
 
 function(takt_layer name)
-  cmake_parse_arguments(LAYER "IN_CYCLE" "" "ALONE" ${ARGN})
+  cmake_parse_arguments(LAYER "IN_CYCLE" "" "ALONE;ROOMS" ${ARGN})
   set(libraries ${LAYER_UNPARSED_ARGUMENTS})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
+  foreach(room ${LAYER_ROOMS})
+    file(GLOB room_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${room}/*.cc)
+    list(APPEND sources ${room_sources})
+  endforeach()
   set(target takt_${name})
   if(NOT sources)
     add_library(${target} INTERFACE)

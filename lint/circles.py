@@ -7,7 +7,7 @@ import re
 import sys
 
 INCLUDE = re.compile(r'^#include "([^"]+)\.h"', re.MULTILINE)
-FOLDERS = ("app/", "core/", "hw/", "record/", "scenario/", "sim/", "tools/")
+FOLDERS = ("app/", "core/", "hw/", "record/", "cell/", "sim/", "tools/")
 
 
 def modules(root, names):

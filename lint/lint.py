@@ -23,6 +23,18 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion", "core/world", "core/collision", "core/planning",
         "core/device", "core/primitives", "core/rcc", "core/expression", "core/command", "core/command/actions",
         "core/activity", "core/operations", "core/program/language", "core/program/tree"]
+# Rooms of a layer that is one library, from the bottom up: a room may include those before it.
+ROOMS = {
+    "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "basic"],
+    "sim": ["model", "contact", "machines", "world", "film"],
+    "cell": ["file", "build", "judge", "run", "replay"],
+}
+# What still looks upwards. This list only gets shorter.
+UPWARD = {
+    ("sim/model/solids.cc", "sim/contact/solid_contact.h"),
+    ("cell/build/command_tape.cc", "cell/run/run_recorder.h"),
+    ("cell/file/description.cc", "cell/build/faults.h"),
+}
 
 
 def up_to(layer):
@@ -53,10 +65,11 @@ MAY_INCLUDE = {
     "record": ["core/base"],
     "sim": CORE,
     "hw": CORE + ["core/emulation"],
-    "scenario": CORE + ["core/emulation", "sim", "record"],
-    "app": CORE + ["core/emulation", "sim", "record", "scenario"],
+    "cell": CORE + ["core/emulation", "sim", "record"],
+    "app/interfaces": up_to("core/program/language"),
+    "app": CORE + ["core/emulation", "sim", "record", "cell", "app/interfaces"],
     "tools/import": CORE,
-    "tools": CORE + ["core/emulation", "hw", "sim", "record", "scenario", "app", "tools/import"],
+    "tools": CORE + ["core/emulation", "hw", "sim", "record", "cell", "app", "app/interfaces", "tools/import"],
 }
 # GCC 12 destroys such a lambda twice.
 AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")
@@ -64,7 +77,7 @@ AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable
 AWAITED_PARAMETERS = re.compile(r"co_await\b[^;{}]*\b(press|search|hold|jog|follow|close|open|set|freedrive|perform)\([^;{}]*\{")
 HEAVY = re.compile(r'#include <(nlohmann/json\.hpp|mujoco/|boost/beast|google/protobuf|urdf)')
 # Descriptions hold JSON by value.
-HEAVY_ALLOWED = {"core/net/description.h", "scenario/description.h", "cmake/pch.h"}
+HEAVY_ALLOWED = {"core/net/description.h", "cell/file/description.h", "cmake/pch.h"}
 MARKS = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X|HA" r"CK)\b")
 MACHINE = re.compile(r"(^|[^A-Za-z0-9_.])/(work|farm|root|home)/|pypi\.o" r"rg|pythonhos" r"ted|deb\.deb" r"ian")
 
@@ -106,7 +119,7 @@ QUOTING_TESTS = {
     "tests/hw/rtde/client_test.cc": "what a driver says of a controller",
     "tests/hw/rtde/driver_test.cc": "faults of a driver, numbers with words",
     "tests/hw/rtde/terminals_test.cc": "faults of a driver, and why a block does not fit",
-    "tests/hw/urscript/machine_test.cc": "errors of UR's controller, which its clients read",
+    "tests/hw/emulators/urscript/machine_test.cc": "errors of UR's controller, which its clients read",
     "tests/hw/fri/client_test.cc": "faults of a driver, numbers with words",
     "tests/hw/fri/controller_test.cc": "what KUKA's controller shows",
     "tests/tools/hardware_test.py": "what KUKA's controller shows",
@@ -126,6 +139,15 @@ def tracked():
 def layer_of(name):
     matches = [layer for layer in MAY_INCLUDE if name.startswith(layer + "/")]
     return max(matches, key=len) if matches else None
+
+
+def looks_up(layer, name, included):
+    """Whether this include of the same layer leads from a room to one above it."""
+    rooms = ROOMS.get(layer, [])
+    room, target = (path[len(layer) + 1:].split("/")[0] for path in (name, included))
+    if room not in rooms or target not in rooms or (name, included) in UPWARD:
+        return False
+    return rooms.index(target) > rooms.index(room)
 
 
 def check_code(name, lines, say):
@@ -148,6 +170,8 @@ def check_code(name, lines, say):
             target = layer_of(included.group(1))
             if target and target != layer and target not in MAY_INCLUDE[layer]:
                 say(name, number, f"{layer} may not know {target}")
+            elif target == layer and looks_up(layer, name, included.group(1)):
+                say(name, number, f"{name} may not know {included.group(1)}, which lies in a room above")
 
 
 def check_options(name, lines, say):
@@ -191,7 +215,7 @@ def check_codes(names, say):
         return "\n".join((ROOT / name).read_text(errors="replace") for name in names
                          if name.startswith(folders) and name.endswith(suffixes) and not name.startswith("core/base/diagnostics"))
 
-    sources = texts(("core/", "sim/", "hw/", "scenario/", "record/", "app/", "tools/"), (".cc", ".h"))
+    sources = texts(("core/", "sim/", "hw/", "cell/", "record/", "app/", "tools/"), (".cc", ".h"))
     tests = texts("tests/", (".cc", ".h", ".py"))
     for code, name in codes:
         if code != "kNote" and not re.search(rf"Code::{code}\b", sources):
@@ -229,7 +253,7 @@ def check_links(name, text, say):
             say(name, line, f"the link '{target}{anchor}' leads to no heading")
 
 
-PATH_IN_TEXT = re.compile(r"`((?:core|sim|hw|record|scenario|app|tools|tests|models|schemas|lint|bench|cmake|docs)/[\w/.-]+\.[a-z]+)`")
+PATH_IN_TEXT = re.compile(r"`((?:core|sim|hw|record|cell|app|tools|tests|models|schemas|lint|bench|cmake|docs)/[\w/.-]+\.[a-z]+)`")
 
 
 def check_paths(name, text, names, say):

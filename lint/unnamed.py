@@ -96,10 +96,11 @@ def by_folder(root, names):
     folders = collections.defaultdict(list)
     for name in names:
         path = pathlib.PurePath(name)
-        made = pathlib.Path(root) / path.parent / "CMakeLists.txt"
+        folder = path.parent if (pathlib.Path(root) / path.parent / "CMakeLists.txt").is_file() else path.parent.parent
+        made = pathlib.Path(root) / folder / "CMakeLists.txt"
         if path.suffix != ".cc" or not made.is_file():
             continue
         call = re.search(r"takt_(?:layer|tests)\(([^)]*)\)", made.read_text())
         if call and path.name not in call.group(1).partition("ALONE")[2].split():
-            folders[str(path.parent)].append(name)
+            folders[str(folder)].append(name)  # the rooms of a layer are compiled together
     return folders

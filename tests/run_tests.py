@@ -76,9 +76,10 @@ def of_source(path, tests):
     relative = path.relative_to(ROOT)
     if relative.parts[0] == "tests":
         return test_of_folder(pathlib.PurePath(*relative.parts[1:-1]), tests), suites_of(path)
-    mirrored = ROOT / "tests" / relative.parent / (path.stem + "_test.cc")
-    if mirrored.exists():
-        return test_of_folder(relative.parent, tests), suites_of(mirrored)
+    for folder in (relative.parent, relative.parent.parent):  # the tests of a layer with rooms lie in one folder
+        mirrored = ROOT / "tests" / folder / (path.stem + "_test.cc")
+        if mirrored.exists():
+            return test_of_folder(folder, tests), suites_of(mirrored)
     readme = path.parent / "README.md"
     named = re.findall(rf"^\| `{re.escape(path.stem)}` \| (.*tests/.*)$", readme.read_text(), re.MULTILINE) if readme.exists() else []
     files = [ROOT / name for line in named for name in re.findall(r"`(tests/[\w/.]+\.cc)`", line)]

@@ -9,13 +9,13 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "cell/build/device_kind.h"
+#include "cell/run/session.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"
 #include "core/base/text_location.h"
 #include "core/kinematics/robot_model.h"
 #include "record/golden.h"
-#include "scenario/device_kind.h"
-#include "scenario/session.h"
 #include "tools/cli.h"
 #include "tools/failure_film.h"
 #include "tools/interruption_tries.h"
@@ -40,12 +40,12 @@ FileKind kind_of(const Json& document) {
 }
 
 /// All diagnostics of a file, warnings included.
-Diagnostics check_scenario(const std::filesystem::path& file, const std::vector<scenario::Override>& overrides,
+Diagnostics check_scenario(const std::filesystem::path& file, const std::vector<cell::Override>& overrides,
                            const Common& common) {
   const device::ModelLibrary library = common.library();
-  scenario::OpenOptions options;
+  cell::OpenOptions options;
   options.overrides = overrides;
-  const auto session = scenario::Session::open(file, library, options);
+  const auto session = cell::Session::open(file, library, options);
   return session ? (*session)->warnings() : session.error();
 }
 
@@ -57,7 +57,7 @@ Diagnostics check_net_file(const std::filesystem::path& file) {
 }
 
 /// @param overrides  of a scenario's values
-Diagnostics check_file(const std::filesystem::path& file, const std::vector<scenario::Override>& overrides,
+Diagnostics check_file(const std::filesystem::path& file, const std::vector<cell::Override>& overrides,
                        const Common& common) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) return check_model(file);
@@ -69,7 +69,7 @@ Diagnostics check_file(const std::filesystem::path& file, const std::vector<scen
     case FileKind::kNet:
       return check_net_file(file);
     case FileKind::kSite: {
-      const auto site = scenario::read_site(file);
+      const auto site = cell::read_site(file);
       return site ? Diagnostics{} : site.error();
     }
     case FileKind::kScenario:
@@ -142,7 +142,7 @@ struct VerifyArguments {
 /// A scenario's run against its expectations and its golden, and what came of interruptions.
 struct Verified {
   std::filesystem::path file;
-  scenario::RunReport run;
+  cell::RunReport run;
   std::optional<record::Comparison> golden;
   std::optional<InterruptionTries> tries;
   std::string film;  ///< of the seconds around its failure
@@ -154,13 +154,13 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   Verified verified;
   verified.file = file;
   const device::ModelLibrary library = common.library();
-  auto session = scenario::Session::open(file, library, {.overrides = {}, .seed = {}, .measure_times = true});
+  auto session = cell::Session::open(file, library, {.overrides = {}, .seed = {}, .measure_times = true});
   if (!session) {
     verified.diagnostics = session.error();
     verified.status = kBadInput;
     return verified;
   }
-  scenario::RunOptions options;
+  cell::RunOptions options;
   options.interrupt = &app::catch_interrupts();
   std::error_code ignored;
   const bool has_golden = std::filesystem::exists(golden_of(file), ignored);
@@ -171,7 +171,7 @@ Verified verify_one(const std::filesystem::path& file, const Common& common) {
   }
   if (has_golden) options.record = recording->path();
   verified.run = (*session)->run(options);
-  verified.status = scenario::exit_status(verified.run.verdict);
+  verified.status = cell::exit_status(verified.run.verdict);
   if (has_golden && verified.status == kHeld) {
     auto comparison = record::verify(recording->path(), golden_of(file));
     if (comparison) {
@@ -213,8 +213,8 @@ std::string film_moment(const FailureMoment& moment, const FailureFilmArguments&
 
 /// Of each way of interrupting the first that failed.
 void film_interruptions(const FailureFilmArguments& arguments, const Common& common, Verified& verified) {
-  std::set<scenario::Interruptions::Way> filmed;
-  for (const scenario::Interruptions::Case& failed : verified.tries->failed) {
+  std::set<cell::Interruptions::Way> filmed;
+  for (const cell::Interruptions::Case& failed : verified.tries->failed) {
     if (!filmed.insert(failed.way).second) continue;
     const FailureMoment moment{.time = 0.0, .at_end = true, .interruption = failed};
     std::string film = film_moment(moment, arguments, common, verified);
@@ -266,7 +266,7 @@ std::string text_of(const Verified& verified) {
   const std::string file = verified.file.string();
   std::string text = to_text(verified.run, file);
   const std::string golden = verified.golden ? record::to_text(*verified.golden) : std::string();
-  const bool took_back = verified.run.verdict == scenario::Verdict::kPassed && verified.status != kHeld;
+  const bool took_back = verified.run.verdict == cell::Verdict::kPassed && verified.status != kHeld;
   if (!took_back) return text + golden;
   const std::string rest = text.substr(text.find('\n') + 1);
   const bool left = verified.golden && !verified.golden->passed;
@@ -364,7 +364,7 @@ int list(const Common& common) {
   Diagnostics ignored;
   Json scenarios = Json::array(), models = Json::array();
   for (const auto& file : scenario_files({(common.root / "scenarios").string()}, ignored)) {
-    const auto description = scenario::read_description(file);
+    const auto description = cell::read_description(file);
     const std::string title = description ? description->title : "(not valid)";
     scenarios.push_back({{"file", file.lexically_relative(common.root).string()}, {"title", title}});
   }

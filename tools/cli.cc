@@ -8,11 +8,11 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "cell/file/data_folder.h"
 #include "core/base/text_location.h"
 #include "core/base/version.h"
 #include "core/plugin/load.h"
 #include "hw/drivers.h"
-#include "scenario/data_folder.h"
 
 namespace takt::tools {
 namespace {
@@ -58,7 +58,7 @@ device::ModelLibrary Common::library() const {
   return device::ModelLibrary(std::move(paths));
 }
 
-void print(const nlohmann::ordered_json& json) { fmt::print("{}", scenario::to_output_text(json)); }
+void print(const nlohmann::ordered_json& json) { fmt::print("{}", cell::to_output_text(json)); }
 
 int report(const Diagnostics& diagnostics, const Common& common) {
   fmt::print(stderr, "{}", to_located_text(diagnostics));
@@ -70,7 +70,7 @@ namespace {
 
 int run(int argc, char** argv) {
   Common common;
-  common.root = scenario::data_folder();
+  common.root = cell::data_folder();
   CLI::App app{
       "takt: robot control core and digital twin of the cell it controls.\n"
       "Exit status: 0 success; 1 an expectation or comparison failed; 2 bad input or usage; 3 device,\n"

@@ -7,9 +7,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "cell/judge/run_report.h"
 #include "core/base/diagnostics.h"
 #include "core/device/device_file.h"
-#include "scenario/run_report.h"
 
 namespace CLI {
 class App;
@@ -56,7 +56,7 @@ std::pair<CLI::App*, Verb> add_recover(CLI::App& app, Common& common);
 /// Prints diagnostics on stderr, a line each; with --json also {"result": "error", "diagnostics": [...]} on stdout.
 /// @return kBadInput
 int report(const Diagnostics& diagnostics, const Common& common);
-using scenario::to_json;
+using cell::to_json;
 /// One JSON object on stdout.
 void print(const nlohmann::ordered_json& json);
 

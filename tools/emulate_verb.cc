@@ -8,7 +8,7 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
-#include "scenario/emulation_run.h"
+#include "cell/run/emulation_run.h"
 #include "tools/cli.h"
 #include "tools/typed_lines.h"
 
@@ -20,11 +20,11 @@ int emulate(const std::string& file, const app::RunArguments& arguments, const C
   app::RunArguments on_wire = arguments;
   on_wire.realtime = true;  // the wire has the wall clock's time, asked for or not
   const auto parsed = app::parse(on_wire, {file}, diagnostics);
-  auto description = scenario::read_description(file, parsed.open.overrides, parsed.open.seed, diagnostics);
+  auto description = cell::read_description(file, parsed.open.overrides, parsed.open.seed, diagnostics);
   if (diagnostics.has_errors() || !description) return report(diagnostics, common);
   description->site = parsed.open.site;
   const device::ModelLibrary library = common.library();
-  auto run = scenario::EmulationRun::create(std::move(*description), library);
+  auto run = cell::EmulationRun::create(std::move(*description), library);
   if (!run) return report(run.error(), common);
   for (const auto& one : (*run)->served())
     fmt::print(stderr, "EMULATED: {} as {} at {}\n", one.device, one.kind, one.address);

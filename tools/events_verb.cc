@@ -8,16 +8,16 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cell/judge/run_log.h"
 #include "core/base/text_location.h"
 #include "record/recording.h"
-#include "scenario/run_log.h"
 #include "tools/cli.h"
 #include "tools/unread.h"
 
 namespace takt::tools {
 namespace {
 
-using scenario::LogEntry;
+using cell::LogEntry;
 
 struct EventsArguments {
   std::string recording, level = "debug";
@@ -39,10 +39,10 @@ std::vector<std::string> topics_of(const record::Recording& recording) {
 LogEntry entry_of(const record::RecordedEvent& event) {
   std::string lower = event.name;
   std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto of_log = lower == event.name ? std::nullopt : scenario::log_level_named(lower);
+  const auto of_log = lower == event.name ? std::nullopt : cell::log_level_named(lower);
   return {.time = event.time,
           .cycle = event.cycle,
-          .level = of_log.value_or(scenario::level_of(event.source, event.name)),
+          .level = of_log.value_or(cell::level_of(event.source, event.name)),
           .source = event.source,
           .name = of_log ? "log" : event.name,
           .step = event.step,
@@ -70,9 +70,9 @@ bool may_have_events(const record::ChannelInfo& channel) {
 
 Diagnostics check(const EventsArguments& arguments) {
   Diagnostics diagnostics;
-  if (!scenario::log_level_named(arguments.level))
+  if (!cell::log_level_named(arguments.level))
     diagnostics.error(Code::kUnknownName, "--level", fmt::format("'{}' is not a level", arguments.level),
-                      nearest_choice(arguments.level, scenario::log_level_names()));
+                      nearest_choice(arguments.level, cell::log_level_names()));
   return diagnostics;
 }
 
@@ -90,7 +90,7 @@ int events(const EventsArguments& arguments, const Common& common) {
   const Diagnostics unread = unread_parts(*recording, arguments.recording, [&](const record::ChannelInfo& channel) {
     return !any_read || may_have_events(channel);
   });
-  const auto least = *scenario::log_level_named(arguments.level);
+  const auto least = *cell::log_level_named(arguments.level);
   std::erase_if(*entries, [&](const LogEntry& entry) {
     const bool of_source =
         arguments.sources.empty() || std::ranges::find(arguments.sources, entry.source) != arguments.sources.end();

@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/process.h"
-#include "scenario/session.h"
+#include "cell/run/session.h"
 
 namespace takt::tools {
 namespace {
@@ -21,7 +21,7 @@ std::string film_name(const std::filesystem::path& scenario, const FailureMoment
   const std::size_t first = name.find_first_not_of("._");
   name = first == name.npos ? "film" : name.substr(first);
   if (const auto& tried = moment.interruption)
-    name += fmt::format("_{}_{}", scenario::Interruptions::name_of(tried->way), tried->cycle);
+    name += fmt::format("_{}_{}", cell::Interruptions::name_of(tried->way), tried->cycle);
   return name + ".mp4";
 }
 
@@ -46,8 +46,8 @@ Result<void> make_folder(const std::filesystem::path& folder) {
                  fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
 }
 
-scenario::RunOptions film_options(const std::filesystem::path& film, const FailureMoment& moment) {
-  scenario::RunOptions options;
+cell::RunOptions film_options(const std::filesystem::path& film, const FailureMoment& moment) {
+  cell::RunOptions options;
   options.video = film;
   options.width = 960;
   options.height = 540;
@@ -57,7 +57,7 @@ scenario::RunOptions film_options(const std::filesystem::path& film, const Failu
   options.interrupt = &app::catch_interrupts();
   if (moment.at_end) return options;
   options.video_to = moment.time + kAfter;
-  options.after_cycle = [end = options.video_to](scenario::BuiltCell& built) {
+  options.after_cycle = [end = options.video_to](cell::BuiltCell& built) {
     return to_seconds(built.core->time()) <= end;
   };
   return options;
@@ -67,14 +67,14 @@ scenario::RunOptions film_options(const std::filesystem::path& film, const Failu
 constexpr double kLongestAftermath = 15.0;  // s
 
 /// In place of the moment: the same interruption, in the run that is filmed.
-void interrupt_again(const scenario::Interruptions::Case& tried, double period, scenario::Interruptions& again,
-                     scenario::RunOptions& options) {
+void interrupt_again(const cell::Interruptions::Case& tried, double period, cell::Interruptions& again,
+                     cell::RunOptions& options) {
   const double time = period * static_cast<double>(tried.cycle);
   again.attach(options);
   options.video_from = std::max(0.0, time - kBefore);
   options.video_to = time + kLongestAftermath;
   options.video_failure = tried.wrong;
-  options.after_cycle = [end = options.video_to, watch = options.after_cycle](scenario::BuiltCell& built) {
+  options.after_cycle = [end = options.video_to, watch = options.after_cycle](cell::BuiltCell& built) {
     return watch(built) && to_seconds(built.core->time()) <= end;
   };
 }
@@ -93,16 +93,16 @@ Result<std::filesystem::path> film_failure(const std::filesystem::path& scenario
                                            const FailureFilmArguments& arguments, const Common& common) {
   const auto folder = arguments.folder.empty() ? cache_folder() : std::filesystem::path(arguments.folder);
   if (const auto made = make_folder(folder); !made) return std::unexpected(made.error());
-  scenario::OpenOptions opening;
+  cell::OpenOptions opening;
   opening.all_may_fail = moment.interruption.has_value();
-  auto session = scenario::Session::open(scenario, common.library(), opening);
+  auto session = cell::Session::open(scenario, common.library(), opening);
   if (!session) return std::unexpected(session.error());
   const std::filesystem::path film = folder / film_name(scenario, moment);
-  scenario::RunOptions options = film_options(film, moment);
-  auto again = scenario::Interruptions::again(moment.interruption.value_or(scenario::Interruptions::Case{}));
+  cell::RunOptions options = film_options(film, moment);
+  auto again = cell::Interruptions::again(moment.interruption.value_or(cell::Interruptions::Case{}));
   if (moment.interruption)
     interrupt_again(*moment.interruption, to_seconds((*session)->built().core->period()), again, options);
-  const scenario::RunReport report = (*session)->run(options);
+  const cell::RunReport report = (*session)->run(options);
   if (report.frames > 0) return film;
   return std::unexpected(report.diagnostics);
 }

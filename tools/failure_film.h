@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "cell/run/interruptions.h"
 #include "core/base/diagnostics.h"
-#include "scenario/interruptions.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
@@ -24,7 +24,7 @@ struct FailureMoment {
   double time = 0.0;   ///< s of simulated time
   bool at_end = true;  ///< the run ended then
   /// It failed because it was interrupted; `time` does not count.
-  std::optional<scenario::Interruptions::Case> interruption = {};
+  std::optional<cell::Interruptions::Case> interruption = {};
 };
 
 /// Runs a scenario again, which repeats it to the bit, and films the three seconds before the moment and one after it;

@@ -7,13 +7,13 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "scenario/interruptions.h"
-#include "scenario/session.h"
+#include "cell/run/interruptions.h"
+#include "cell/run/session.h"
 
 namespace takt::tools {
 namespace {
 
-using scenario::Interruptions;
+using cell::Interruptions;
 using Way = Interruptions::Way;
 
 /// The cycles of all ways are multiples of this.
@@ -53,9 +53,9 @@ void add_interruption_options(CLI::App& verb, InterruptionArguments& arguments) 
 InterruptionTries try_interruptions(const std::filesystem::path& file, const InterruptionArguments& arguments,
                                     const Common& common) {
   InterruptionTries tries;
-  scenario::OpenOptions opening;
+  cell::OpenOptions opening;
   opening.all_may_fail = arguments.fault_every > 0;
-  auto session = scenario::Session::open(file, common.library(), opening);
+  auto session = cell::Session::open(file, common.library(), opening);
   if (!session) {
     tries.diagnostics = session.error();
     return tries;
@@ -64,13 +64,13 @@ InterruptionTries try_interruptions(const std::filesystem::path& file, const Int
   Interruptions interruptions({.first = every, .every = every, .ways = [&, every](std::int64_t point) {
                                  return ways_at((point + 1) * every, arguments, tries);
                                }});
-  scenario::RunOptions options;
+  cell::RunOptions options;
   options.measure_times = false;
   options.repeat = false;
   interruptions.attach(options);
-  const scenario::RunReport report = (*session)->run(options);
+  const cell::RunReport report = (*session)->run(options);
   if (interruptions.in_child()) {
-    const scenario::BuiltCell& built = (*session)->built();
+    const cell::BuiltCell& built = (*session)->built();
     interruptions.come_to_rest(built);
     interruptions.answer_after(built.cell, built.core->period(), report);
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "scenario/interruptions.h"
+#include "cell/run/interruptions.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
@@ -24,7 +24,7 @@ void add_interruption_options(CLI::App& verb, InterruptionArguments& arguments);
 struct InterruptionTries {
   int cancels = 0, pauses = 0, aborts = 0, faults = 0;
   std::vector<std::string> failures;  ///< "cancel in cycle 1200: ..."
-  std::vector<scenario::Interruptions::Case> failed;
+  std::vector<cell::Interruptions::Case> failed;
   std::vector<std::string> films;  ///< of the first failure of each kind
   Diagnostics diagnostics;         ///< why it could not be tried
 

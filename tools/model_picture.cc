@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
-#include "sim/from_model.h"
-#include "sim/renderer.h"
-#include "sim/stage.h"
-#include "sim/world.h"
+#include "sim/film/renderer.h"
+#include "sim/model/from_model.h"
+#include "sim/world/stage.h"
+#include "sim/world/world.h"
 
 namespace takt::tools {
 namespace {

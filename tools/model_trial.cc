@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/device_kind.h"
+#include "cell/run/session.h"
 #include "core/kinematics/robot_model.h"
-#include "scenario/device_kind.h"
-#include "scenario/session.h"
 #include "tools/model_picture.h"
 
 namespace takt::tools {
@@ -19,7 +19,7 @@ Diagnostics check_model(const fs::path& folder) {
     const auto body = kinematics::RobotModel::load(folder / (name + ".urdf"));
     return body ? check_build(*body, nullptr) : body.error();
   }
-  const auto read = scenario::read_model(folder);
+  const auto read = cell::read_model(folder);
   if (!read) return read.error();
   const device::ModelDescription& model = *read->model;
   if (model.robot == nullptr) return {};
@@ -33,9 +33,9 @@ void try_wave(const fs::path& folder, const device::ModelLibrary& library, const
   const fs::path wave = root / "scenarios/wave.json";
   std::error_code error;
   if (!fs::is_regular_file(wave, error)) return;
-  scenario::OpenOptions options;
+  cell::OpenOptions options;
   options.overrides.push_back({.pointer = "/devices/arm/model", .value = folder.filename().string()});
-  const auto session = scenario::Session::open(wave, library, options);
+  const auto session = cell::Session::open(wave, library, options);
   if (session) return;
   for (const Diagnostic& one : session.error().list()) {
     if (one.severity != Severity::kError) continue;

@@ -6,9 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cell/run/session.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"
-#include "scenario/session.h"
 #include "tools/cli.h"
 #include "tools/net_bench.h"
 #include "tools/net_file.h"
@@ -28,7 +28,7 @@ struct NetArguments {
 
 /// A net with the cell whose devices it names.
 struct LoadedNet {
-  std::unique_ptr<scenario::Session> session;
+  std::unique_ptr<cell::Session> session;
   rcc::ControlCore no_devices{rcc::ControlCore::Options{}};
   net::NetDescription description;
   std::unique_ptr<net::CompiledNet> net;
@@ -39,7 +39,7 @@ struct LoadedNet {
 bool is_net(const Json& document) { return document.is_object() && document.contains("primitives"); }
 
 Diagnostics open_scenario(const std::string& file, const device::ModelLibrary& library, LoadedNet& loaded) {
-  auto session = scenario::Session::open(file, library);
+  auto session = cell::Session::open(file, library);
   if (!session) return session.error();
   loaded.session = std::move(*session);
   return {};

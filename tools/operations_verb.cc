@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/operations/operation.h"
+#include "core/operations/table/operation.h"
 #include "tools/cli.h"
 
 namespace takt::tools {

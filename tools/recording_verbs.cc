@@ -7,16 +7,16 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "cell/judge/signal_reader.h"
+#include "cell/replay/recorded_run.h"
+#include "cell/replay/replay.h"
+#include "cell/replay/state_dump.h"
+#include "cell/run/session.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"
 #include "core/base/text_location.h"
 #include "record/compare.h"
 #include "record/golden.h"
-#include "scenario/recorded_run.h"
-#include "scenario/replay.h"
-#include "scenario/session.h"
-#include "scenario/signal_reader.h"
-#include "scenario/state_dump.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
@@ -34,11 +34,11 @@ void name_bit(const CompareArguments& arguments, const Common& common, record::C
   const auto a = record::Recording::open(arguments.a);
   const auto b = record::Recording::open(arguments.b);
   if (!a || !b) return;
-  const auto bit = scenario::find_bit(*a, *b, comparison.first_difference->cycle, common.library());
+  const auto bit = cell::find_bit(*a, *b, comparison.first_difference->cycle, common.library());
   if (!bit) {
     for (const Diagnostic& diagnostic : bit.error().list()) comparison.notes.push_back(to_string(diagnostic));
   } else if (*bit) {
-    comparison.first_difference->bit = scenario::to_string(**bit);
+    comparison.first_difference->bit = cell::to_string(**bit);
   }
 }
 
@@ -46,7 +46,7 @@ void name_bit(const CompareArguments& arguments, const Common& common, record::C
 std::vector<record::ToleranceRule> recorded_rules(const std::string& file) {
   const auto recording = record::Recording::open(file);
   if (!recording) return {};
-  const auto description = scenario::recorded_scenario(*recording);
+  const auto description = cell::recorded_scenario(*recording);
   return description ? description->tolerances : std::vector<record::ToleranceRule>();
 }
 
@@ -57,12 +57,12 @@ constexpr std::size_t kReportPoints = 500;
 std::string film_of(const std::string& recording, const Common& common, record::Comparison& comparison) {
   const auto file = TemporaryFile::create(".mp4");
   if (!file) return {};
-  scenario::ReplayOptions options;
+  cell::ReplayOptions options;
   options.video = file->path();
   options.width = 320;
   options.height = 180;
   options.fps = 5;
-  const auto frames = scenario::render_recording(recording, common.library(), options);
+  const auto frames = cell::render_recording(recording, common.library(), options);
   constexpr std::size_t kMost = std::size_t{16} << 20;
   auto film = frames ? read_file(file->path(), kMost) : Result<std::string>(std::unexpected(frames.error()));
   if (film) return std::move(*film);
@@ -124,16 +124,16 @@ int bless(const BlessArguments& arguments, const Common& common) {
   if (const Diagnostics diagnostics = check_reason(arguments.reason); diagnostics.has_errors())
     return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
-  auto session = scenario::Session::open(arguments.scenario, library);
+  auto session = cell::Session::open(arguments.scenario, library);
   if (!session) return report(session.error(), common);
   const std::filesystem::path file = arguments.scenario;
   const auto recording = TemporaryFile::create(".mcap");
   if (!recording) return report(recording.error(), common);
-  scenario::RunOptions options;
+  cell::RunOptions options;
   options.record = recording->path();
   options.interrupt = &app::catch_interrupts();
-  const scenario::RunReport run = (*session)->run(options);
-  if (run.verdict != scenario::Verdict::kPassed) {
+  const cell::RunReport run = (*session)->run(options);
+  if (run.verdict != cell::Verdict::kPassed) {
     fmt::print(stderr, "{}{}", to_text(run, arguments.scenario), to_located_text(run.diagnostics));
     Diagnostics diagnostics;
     diagnostics.add({Severity::kError,
@@ -143,7 +143,7 @@ int bless(const BlessArguments& arguments, const Common& common) {
                      "this run failed, so it is not blessed",
                      {}});
     (void)report(diagnostics, common);
-    return scenario::exit_status(run.verdict);
+    return cell::exit_status(run.verdict);
   }
   const auto golden_file = file.parent_path() / (file.stem().string() + ".golden.json");
   record::BlessOptions blessing;
@@ -152,7 +152,7 @@ int bless(const BlessArguments& arguments, const Common& common) {
   blessing.topics = {"/*/set_point", "/*/joint_states", "/*/wrench", "/*/gripper", "/signals", "/objects", "/program"};
   blessing.rules = (*session)->description().tolerances;
   // What is measured by an analog input is mostly noise, and noise does not thin.
-  for (const scenario::NamedSignal& signal : scenario::signals_of((*session)->built().cell))
+  for (const cell::NamedSignal& signal : cell::signals_of((*session)->built().cell))
     if (!signal.digital)
       blessing.rules.push_back({"/signals", signal.name, {.kind = record::ToleranceKind::kReportOnly}});
   // Measured torques are noise on top of what the positions already say.
@@ -169,7 +169,7 @@ int bless(const BlessArguments& arguments, const Common& common) {
 
 struct RenderArguments {
   std::string recording;
-  scenario::ReplayOptions options;
+  cell::ReplayOptions options;
   std::optional<double> to;
   app::FilmViewArguments view;
   std::string size = "1280x720";
@@ -186,7 +186,7 @@ int render(RenderArguments& arguments, const Common& common) {
   if (arguments.to) arguments.options.to = *arguments.to;
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
-  const auto frames = scenario::render_recording(arguments.recording, library, arguments.options);
+  const auto frames = cell::render_recording(arguments.recording, library, arguments.options);
   if (!frames) return report(frames.error(), common);
   if (common.json) {
     print({{"result", "rendered"}, {"frames", *frames}, {"video", arguments.options.video.string()}});

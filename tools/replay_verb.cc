@@ -14,7 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "scenario/time_travel.h"
+#include "cell/replay/time_travel.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
@@ -62,14 +62,14 @@ void tell_why(const Json& answer) {
   for (const Json& text : answer["cancel_texts"]) fmt::print("{}", text.get<std::string>());
 }
 
-scenario::TimeTravel::Question question(std::int64_t cycle, std::string ports = {}, bool why = false) {
+cell::TimeTravel::Question question(std::int64_t cycle, std::string ports = {}, bool why = false) {
   return {.cycle = cycle, .ports = std::move(ports), .why = why};
 }
 
 /// A person at the prompt.
 class Prompt {
  public:
-  explicit Prompt(scenario::TimeTravel& travel) : travel_(travel) {}
+  explicit Prompt(cell::TimeTravel& travel) : travel_(travel) {}
 
   Diagnostics talk() {
     const bool terminal = isatty(STDIN_FILENO) != 0;
@@ -108,7 +108,7 @@ class Prompt {
     return number;
   }
 
-  void ask(scenario::TimeTravel::Question question) {
+  void ask(cell::TimeTravel::Question question) {
     question.cycle = std::clamp<std::int64_t>(question.cycle, 0, travel_.cycles());
     const auto answer = travel_.ask(question);
     if (!answer) return diagnostics_.append(answer.error());
@@ -120,13 +120,13 @@ class Prompt {
   }
 
   static constexpr double kPeriod = 1e-3;  // s
-  scenario::TimeTravel& travel_;
+  cell::TimeTravel& travel_;
   std::int64_t cycle_ = 0;
   Diagnostics diagnostics_;
 };
 
 /// What is asked for on the command line, and the end: whether all of it was as recorded.
-int once(const ReplayArguments& arguments, scenario::TimeTravel& travel, const Common& common) {
+int once(const ReplayArguments& arguments, cell::TimeTravel& travel, const Common& common) {
   Json told = Json::object();
   const bool looks = arguments.at || !arguments.ports.empty();
   if (looks) {
@@ -159,9 +159,9 @@ int replay(const ReplayArguments& arguments, const Common& common) {
   }
   const auto recording = record::Recording::open(arguments.recording);
   if (!recording) return report(recording.error(), common);
-  auto run = scenario::ReopenedRun::open(*recording, common.library(), {});
+  auto run = cell::ReopenedRun::open(*recording, common.library(), {});
   if (!run) return report(run.error(), common);
-  auto travel = scenario::TimeTravel::begin(*recording, *run, {.every = arguments.every});
+  auto travel = cell::TimeTravel::begin(*recording, *run, {.every = arguments.every});
   if (!travel) return report(travel.error(), common);
   if (!arguments.interactive) return once(arguments, *travel, common);
   const Diagnostics diagnostics = Prompt(*travel).talk();

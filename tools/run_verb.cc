@@ -11,10 +11,10 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "cell/replay/resimulation.h"
 #include "core/base/output_file.h"
 #include "core/base/processors.h"
 #include "record/compare.h"
-#include "scenario/resimulation.h"
 
 namespace takt::tools {
 namespace {
@@ -38,7 +38,7 @@ void reserve_processor(const RunVerbArguments& arguments, Diagnostics& diagnosti
   }
 }
 
-int dry_run(const scenario::Session& session, const Common& common) {
+int dry_run(const cell::Session& session, const Common& common) {
   const auto& description = session.description();
   if (common.json) {
     print({{"result", "valid"},
@@ -80,7 +80,7 @@ std::size_t equal_columns(const record::Comparison& comparison) {
   }));
 }
 
-int tell_resim(const record::Comparison& comparison, const scenario::RunReport& report, const Common& common) {
+int tell_resim(const record::Comparison& comparison, const cell::RunReport& report, const Common& common) {
   const std::size_t equal = equal_columns(comparison);
   if (common.json) {
     print({{"result", comparison.passed ? "passed" : "failed"},
@@ -109,20 +109,20 @@ int resim(const RunVerbArguments& arguments, const Common& common) {
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const auto recording = record::Recording::open(arguments.resim);
   if (!recording) return report(recording.error(), common);
-  const auto cycles = scenario::whole_cycles(*recording);
+  const auto cycles = cell::whole_cycles(*recording);
   if (!cycles) return report(cycles.error(), common);
-  scenario::ReopenedRun::Options reopening{.overrides = opening.overrides, .seed = opening.seed, .site = {}};
+  cell::ReopenedRun::Options reopening{.overrides = opening.overrides, .seed = opening.seed, .site = {}};
   if (!arguments.site.empty() || !arguments.backends.empty()) reopening.site = opening.site;
-  auto again = scenario::ReopenedRun::open(*recording, common.library(), reopening);
+  auto again = cell::ReopenedRun::open(*recording, common.library(), reopening);
   if (!again) return report(again.error(), common);
   const auto temporary = TemporaryFile::create(".mcap");
   if (!temporary) return report(temporary.error(), common);
   if (options.record.empty()) options.record = temporary->path();
   options.interrupt = &app::catch_interrupts();
-  const scenario::RunReport run = again->session().run_commands(*recording, *cycles, options);
+  const cell::RunReport run = again->session().run_commands(*recording, *cycles, options);
   fmt::print(stderr, "{}", to_located_text(run.diagnostics));
-  if (run.verdict != scenario::Verdict::kPassed) return exit_status(run.verdict);
-  record::CompareOptions comparing = scenario::states_only();
+  if (run.verdict != cell::Verdict::kPassed) return exit_status(run.verdict);
+  record::CompareOptions comparing = cell::states_only();
   comparing.plot_points = kResimPoints;
   auto comparison = record::compare_recordings(options.record, arguments.resim, comparing);
   if (!comparison) return report(comparison.error(), common);
@@ -151,7 +151,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   options.processor = arguments.processor;
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
-  auto session = scenario::Session::open(arguments.file, library, opening);
+  auto session = cell::Session::open(arguments.file, library, opening);
   if (!session) return report(session.error(), common);
   const auto tell_warnings = [&] { fmt::print(stderr, "{}", to_located_text((*session)->warnings())); };
   if (arguments.dry_run) {
@@ -162,8 +162,8 @@ int run(const RunVerbArguments& arguments, const Common& common) {
 
   options.from = arguments.from;
   options.interrupt = &app::catch_interrupts();
-  const scenario::SiteDevices& site = *(*session)->built().site;
-  if (site.has_drivers()) fmt::print(stderr, "devices: {}\n", scenario::to_text(site.realities()));
+  const cell::SiteDevices& site = *(*session)->built().site;
+  if (site.has_drivers()) fmt::print(stderr, "devices: {}\n", cell::to_text(site.realities()));
   if (site.speed_override() < 1.0)
     fmt::print(stderr, "speed: {:g} of what is planned; --speed-override 1 for all of it\n", site.speed_override());
   app::log_on_stderr(arguments.log, options);
@@ -172,12 +172,12 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   } else {
     app::show_progress_on_terminal(options);
   }
-  const scenario::RunReport report = (*session)->run(options);
+  const cell::RunReport report = (*session)->run(options);
   app::clear_progress();
   fmt::print(stderr, "{}", to_located_text(report.diagnostics));
   if (common.json) {
     print(to_json(report));
-  } else if (report.verdict != scenario::Verdict::kRefused) {
+  } else if (report.verdict != cell::Verdict::kRefused) {
     fmt::print("{}", to_text(report, (*session)->description().title));
   }
   return exit_status(report.verdict);

@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/process.h"
+#include "cell/file/description.h"
+#include "cell/run/stopwatch.h"
 #include "core/base/output_file.h"
 #include "core/base/text_location.h"
-#include "scenario/description.h"
-#include "scenario/stopwatch.h"
 #include "tools/robustness/robustness.h"
 
 namespace takt::tools {
@@ -60,7 +60,7 @@ int report_refused(const Variation& variation, const Common& common) {
 }
 
 std::string title_of(const std::string& file) {
-  const auto description = scenario::read_description(file);
+  const auto description = cell::read_description(file);
   return description ? description->title : file;
 }
 
@@ -122,7 +122,7 @@ Diagnostics check_seed_arguments(const SeedArguments& arguments, const std::vect
 int verify_seeds(const std::string& file, const SeedArguments& arguments, const Common& common) {
   const VariationPlan plan = variation_plan(file, arguments, common);
   const std::atomic<int>& interrupt = app::catch_interrupts();
-  const auto begin = scenario::Stopwatch::Clock::now();
+  const auto begin = cell::Stopwatch::Clock::now();
   auto variations = run_variations(plan, &interrupt, show_progress);
   if (!variations) return report(variations.error(), common);
   const auto refused =
@@ -131,7 +131,7 @@ int verify_seeds(const std::string& file, const SeedArguments& arguments, const 
 
   Robustness robustness{.file = file, .title = title_of(file), .variations = std::move(*variations), .jobs = plan.jobs};
   robustness.needed = static_cast<std::size_t>(arguments.at_least.value_or(arguments.seeds));
-  robustness.wall_s = scenario::Stopwatch::seconds_since(begin);
+  robustness.wall_s = cell::Stopwatch::seconds_since(begin);
   int status = interrupt.load() > 0 ? static_cast<int>(kInterrupted) : exit_status_of(robustness);
   auto json = to_json(robustness);
   if (!arguments.report.empty() && interrupt.load() == 0) {

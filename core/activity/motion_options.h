@@ -25,7 +25,7 @@ struct BlendingCondition {
 };
 
 /// What an activity of a motion needs beside its plan; programs and files have MotionParameters
-/// (core/operations/motion.h).
+/// (core/operations/motion/motion.h).
 struct MotionOptions {
   BlendingCondition blend = {};  ///< into the motion after it; not with `until`
   /// The arm brakes on its path when this holds (or is unknown, row N3): a guarded motion.

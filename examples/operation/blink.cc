@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "core/command/actions/device_action.h"
-#include "core/operations/command_step.h"
-#include "core/operations/operation_command.h"
+#include "core/operations/command/command_step.h"
+#include "core/operations/command/operation_command.h"
 #include "core/plugin/plugin.h"
 
 TAKT_PLUGIN("blink", "1.0.0");

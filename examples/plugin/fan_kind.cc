@@ -3,13 +3,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cell/build/cell_builder.h"
+#include "cell/build/device_kind.h"
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
 #include "core/kinematics/robot_model.h"
 #include "fan.h"
-#include "scenario/cell_builder.h"
-#include "scenario/device_kind.h"
-#include "sim/device.h"
+#include "sim/model/device.h"
 
 namespace fan {
 namespace {
@@ -43,11 +43,11 @@ class SimFan final : public sim::SimDevice, public FanBackend {
   Nanoseconds now_ = 0;
 };
 
-class FanKind final : public scenario::DeviceKind {
+class FanKind final : public cell::DeviceKind {
  public:
   FanKind() : DeviceKind(std::string(Fan::kKind)) {}
 
-  Result<scenario::ModelPointer> read(const std::filesystem::path& folder) const override {
+  Result<cell::ModelPointer> read(const std::filesystem::path& folder) const override {
     const std::filesystem::path file = folder / "device.json";
     const auto json = read_json(file);
     if (!json) return std::unexpected(json.error());
@@ -71,13 +71,13 @@ class FanKind final : public scenario::DeviceKind {
   }
 
   /// Of the settings there is one: the speed that the fan has before the program, rad/s.
-  void check(const scenario::LoadedDevice& device, Diagnostics& diagnostics) const override {
+  void check(const cell::LoadedDevice& device, Diagnostics& diagnostics) const override {
     ObjectReader reader(device.entry->settings, device.pointer() + "/settings", diagnostics);
     (void)reader.number("speed_rad_s", 0.0, {.low = 0.0, .high = device.as<FanDescription>()->speed_max});
     reader.finish();
   }
 
-  void simulate(const scenario::LoadedDevice& device, sim::WorldDescription& world) const override {
+  void simulate(const cell::LoadedDevice& device, sim::WorldDescription& world) const override {
     const double time_constant = device.as<FanDescription>()->time_constant;
     const double speed = device.entry->settings.value("speed_rad_s", 0.0);
     world.devices.push_back(
@@ -89,7 +89,7 @@ class FanKind final : public scenario::DeviceKind {
          }});
   }
 
-  void add(const scenario::LoadedDevice& device, scenario::LoadedDevices, scenario::BuiltCell& built) const override {
+  void add(const cell::LoadedDevice& device, cell::LoadedDevices, cell::BuiltCell& built) const override {
     const std::string& name = device.entry->name;
     auto backend = built.borrowed<FanBackend>(dynamic_cast<SimFan*>(built.world->device(name)));
     built.core->add(std::make_unique<Fan>(name, device.as<FanDescription>(), std::move(backend)));

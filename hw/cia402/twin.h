@@ -6,7 +6,7 @@
 #include "core/emulation/state_hash.h"
 #include "hw/cia402/canopen_bus.h"
 #include "hw/cia402/driver.h"
-#include "hw/cia402/emulator/emulator.h"
+#include "hw/emulators/cia402/emulator.h"
 #include "hw/wire/virtual_network.h"
 
 namespace takt::hw::cia402 {

@@ -4,8 +4,8 @@
 
 #include "core/base/clock.h"
 #include "core/emulation/state_hash.h"
+#include "hw/emulators/fri/emulator.h"
 #include "hw/fri/driver.h"
-#include "hw/fri/emulator/emulator.h"
 #include "hw/wire/virtual_network.h"
 
 namespace takt::hw::fri {

@@ -2,8 +2,8 @@
 
 #include <memory>
 
+#include "hw/emulators/modbus/coupler.h"
 #include "hw/modbus/driver.h"
-#include "hw/modbus/emulator/coupler.h"
 #include "hw/wire/virtual_network.h"
 
 namespace takt::hw::modbus {

@@ -9,7 +9,7 @@
 #include <string_view>
 
 /// Numbers as all interfaces of a Universal Robots controller have them: big-endian, packed, without padding.
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 template <class T>
 concept WireNumber = std::integral<T> || std::same_as<T, double> || std::same_as<T, float>;
@@ -101,4 +101,4 @@ template <std::integral T>
   return static_cast<T>(value);
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

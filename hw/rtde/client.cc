@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -217,4 +217,4 @@ void Client::refuse(Code code, std::string text, std::string hint) {
   state_ = State::kRefused;
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

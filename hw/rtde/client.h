@@ -8,7 +8,7 @@
 #include "core/base/diagnostics.h"
 #include "hw/rtde/message.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// What a client of RTDE wants of a controller.
 struct ClientRequest {
@@ -92,4 +92,4 @@ class Client {
   std::uint64_t misshapen_ = 0;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

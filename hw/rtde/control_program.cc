@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -105,4 +105,4 @@ std::string ControlProgram::text() const {
                      fmt::arg("gain", gain));
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

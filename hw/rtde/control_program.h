@@ -4,7 +4,7 @@
 
 #include "hw/rtde/field.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// Which half of the general registers the driver uses; the upper one came with 3.9 and 5.3, the lower one is shared
 /// with field buses.
@@ -51,4 +51,4 @@ struct ControlProgram {
   [[nodiscard]] std::string text() const;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 void DashboardClient::receive(std::string_view bytes) {
   for (const char c : bytes) {
@@ -35,4 +35,4 @@ std::string DashboardClient::take_out() {
   return asked_ + "\n";
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// The client's end of the dashboard: a question at a time, a line each. Without its transport. One thread.
 class DashboardClient {
@@ -35,4 +35,4 @@ class DashboardClient {
   bool greeted_ = false;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -8,7 +8,7 @@
 #include "core/kinematics/chain.h"
 #include "core/motion/rotation_vector.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -535,4 +535,4 @@ std::uint64_t Driver::hash() const {
   return hash.value();
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

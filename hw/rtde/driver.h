@@ -20,7 +20,7 @@
 #include "hw/rtde/terminals.h"
 #include "hw/wire/byte_link.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// How a UR controller is reached and driven.
 struct DriverOptions {
@@ -190,4 +190,4 @@ class Driver : public device::ArmDriver {
   std::string refusal_;  // guarded by news_mutex_
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

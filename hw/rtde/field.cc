@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -21,9 +21,9 @@ struct Element {
 template <class T>
 void append_as(std::string& bytes, double value) {
   if constexpr (std::integral<T>) {
-    takt::rtde::append(bytes, saturated<T>(value));
+    takt::hw::rtde::append(bytes, saturated<T>(value));
   } else {
-    takt::rtde::append(bytes, T{value});
+    takt::hw::rtde::append(bytes, T{value});
   }
 }
 template <class T>
@@ -113,4 +113,4 @@ std::vector<std::string_view> split_names(std::string_view list) {
   return names;
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -12,7 +12,7 @@
 #include "hw/rtde/big_endian.h"
 
 /// The fields that a controller offers over RTDE: names, types, and since which version.
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// Version of the controller's software. CB3 has major 3, e-Series 5.
 struct Version {
@@ -89,4 +89,4 @@ class FieldTable {
 /// "a,b,,c," as its names; empty ones are left out.
 [[nodiscard]] std::vector<std::string_view> split_names(std::string_view list);
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -4,7 +4,7 @@
 
 #include "hw/rtde/field.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -161,4 +161,4 @@ const FieldTable& input_fields() {
   return table;
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -97,4 +97,4 @@ std::size_t Recipe::size(const FieldTable& table) const {
   return bytes;
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

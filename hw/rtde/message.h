@@ -10,7 +10,7 @@
 #include "hw/rtde/package.h"
 
 /// What the payloads of RTDE packages say, for both ends.
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// A text message, from either end.
 struct TextMessage {
@@ -54,4 +54,4 @@ struct Recipe {
   [[nodiscard]] std::size_t size(const FieldTable& table) const;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -43,4 +43,4 @@ std::uint32_t status_bits(SafetyMode mode) {
   return at < kSafetyBits.size() ? kSafetyBits[at] : kFaultBit | kStoppedBySafetyBit;
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

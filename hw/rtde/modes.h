@@ -4,7 +4,7 @@
 #include <string_view>
 
 /// Numbers by which a controller says how it is, on every one of its interfaces.
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 enum class RobotMode : std::int32_t {
   kNoController = -1,
@@ -56,4 +56,4 @@ inline constexpr std::uint32_t kNormalBit = 1u << 0, kReducedBit = 1u << 1, kPro
   return mode == SafetyMode::kNormal || mode == SafetyMode::kReduced || mode == SafetyMode::kRecovery;
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -2,7 +2,7 @@
 
 #include "hw/rtde/big_endian.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 std::string_view name_of(PackageType type) {
   switch (type) {
@@ -63,4 +63,4 @@ std::optional<Package> PackageParser::next() {
   return package;
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

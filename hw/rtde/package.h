@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// Types of RTDE packages: a letter each. Setup requests, start, pause and both questions for a version are answered by
 /// one package of the same type; data and text are not answered.
@@ -54,4 +54,4 @@ class PackageParser {
   bool broken_ = false;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -161,4 +161,4 @@ void TerminalBlock::add_to(emulation::StateHash& hash) const {
   for (const FieldValue& value : values_) hash.add(value[0]);
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -14,7 +14,7 @@
 /// The terminals of a UR controller as an I/O block: the n-th of a kind, in the order of the block's model, is the n-th
 /// of the controller. Digital ones: 0 to 7 standard, 8 to 15 configurable, 16 and 17 of the tool. Analog ones:
 /// standard.
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 inline constexpr std::size_t kDigitalTerminals = 18, kAnalogTerminals = 2;
 
@@ -83,4 +83,4 @@ class TerminalBlock final : public device::IoDriver {
   bool armed_ = true, written_ = false;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

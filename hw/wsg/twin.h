@@ -2,9 +2,9 @@
 
 #include <memory>
 
+#include "hw/emulators/wsg/emulator.h"
 #include "hw/wire/virtual_network.h"
 #include "hw/wsg/driver.h"
-#include "hw/wsg/emulator/emulator.h"
 
 namespace takt::hw::wsg {
 

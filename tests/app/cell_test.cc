@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "app/cell_setup.h"
+#include "app/interfaces/two_arms.h"
 #include "app/takt.h"
-#include "core/operations/two_arms.h"
 #include "tests/support/reports.h"
 
 namespace takt::app {
@@ -181,9 +181,9 @@ TEST(Cell, AProgramIsGoneThroughStepByStep) {
   std::vector<std::string> asked;
   CellSetup setup;
   setup.open.overrides.push_back({"/expectations", kOnlyLimits});
-  setup.run.before_step = [&asked](const scenario::NextStep& next) {
+  setup.run.before_step = [&asked](const cell::NextStep& next) {
     asked.push_back(next.name);
-    return asked.size() < 2 ? scenario::StepAnswer::kNext : scenario::StepAnswer::kCancel;
+    return asked.size() < 2 ? cell::StepAnswer::kNext : cell::StepAnswer::kCancel;
   };
   Cell cell("wave.json", {}, std::move(setup));
   const RunReport report = report_of(cell, [](Cell& own) {

@@ -14,7 +14,7 @@ import unittest
 TAKT = pathlib.Path(sys.argv.pop(1)).resolve()
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = ROOT / "docs/lessons"
-FILES = sorted((ROOT / "lessons").glob("*.json"))
+FILES = sorted((ROOT / "scenarios/lessons").glob("*.json"))
 EXCERPT = re.compile(r"<!-- part: (\S+) -->\n```json\n(.*?)```", re.DOTALL)
 TRY = re.compile(r"^\$ \./takt (run .*)\n(passed|failed|refused|error)\b", re.MULTILINE)
 PICTURE = re.compile(r'!\[([^\]]+)\]\((images/\S+\.jpg) "at ([\d.]+) s"\)')
@@ -88,7 +88,7 @@ class Lessons(unittest.TestCase):
             commands = re.findall(r"^\$ .*$", page_of(file).read_text(), re.MULTILINE)
             self.assertEqual(len(tries), len(commands), f"{file.name}: a command without what comes of it")
             self.assertGreater(len(tries), 1, file.name)
-            self.assertEqual(tries[0], (f"run lessons/{file.name}", "passed"))
+            self.assertEqual(tries[0], (f"run scenarios/lessons/{file.name}", "passed"))
             for command, said in tries:
                 with self.subTest(command):
                     run = takt(*shlex.split(command), "--json")

@@ -5,18 +5,18 @@
 #include <string_view>
 
 #include "core/device/device_file.h"
+#include "hw/emulators/rtde/dashboard_service.h"
+#include "hw/emulators/rtde/rtde_service.h"
+#include "hw/emulators/rtde/script_service.h"
 #include "hw/rtde/client.h"
 #include "hw/rtde/dashboard_client.h"
-#include "hw/rtde/emulator/dashboard_service.h"
-#include "hw/rtde/emulator/rtde_service.h"
-#include "hw/rtde/emulator/script_service.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/promise.h"
 
 namespace takt {
 namespace {
 
-using namespace rtde;  // NOLINT
+using namespace hw::rtde;  // NOLINT
 
 /// A controller with clients, which lives for one input.
 struct Emulated {

@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cell/run/session.h"
 #include "core/base/json.h"
-#include "scenario/session.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/promise.h"
 #include "tests/support/json_mutator.h"
@@ -34,9 +34,9 @@ const std::vector<std::string>& words() {
 
 void load(std::string_view text) {
   static const device::ModelLibrary models({"models"});
-  auto description = scenario::parse_description(text);
+  auto description = cell::parse_description(text);
   if (!description) return test::expect_reasons(description.error());
-  const auto session = scenario::Session::create(std::move(*description), models);
+  const auto session = cell::Session::create(std::move(*description), models);
   if (!session) test::expect_reasons(session.error());
 }
 

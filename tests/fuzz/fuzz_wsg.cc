@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "hw/wsg/emulator/emulator.h"
+#include "hw/emulators/wsg/emulator.h"
 #include "hw/wsg/twin.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/promise.h"

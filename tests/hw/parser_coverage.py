@@ -26,11 +26,11 @@ PARSERS = {
         "hw_rtde",
     ),
     "script-ports": (
-        ["hw/rtde/emulator/script_intake.cc"],
+        ["hw/emulators/rtde/script_intake.cc"],
         ["tests/hw/rtde/script_service_test.cc", "tests/hw/rtde/programs_test.cc"],
         "hw_rtde",
     ),
-    "urscript": (["hw/urscript/lexer.cc", "hw/urscript/parser.cc"], ["tests/hw/urscript/machine_test.cc"], "hw_urscript"),
+    "urscript": (["hw/emulators/urscript/lexer.cc", "hw/emulators/urscript/parser.cc"], ["tests/hw/emulators/urscript/machine_test.cc"], "hw_emulators_urscript"),
     "canopen": (
         ["hw/cia402/protocol/canopen.cc", "hw/cia402/protocol/drive_state.cc"],
         ["tests/hw/cia402/protocol_test.cc"],

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/contact_law.h"
+#include "sim/contact/contact_law.h"
 #include "tests/physics/parts.h"
 
 namespace takt::sim::test {

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/world.h"
+#include "sim/world/world.h"
 
 namespace takt::sim::test {
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "sim/contact_law.h"
+#include "sim/contact/contact_law.h"
 #include "tests/physics/parts.h"
 
 namespace takt::sim::test {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/device/vacuum_cup.h"
-#include "sim/vacuum_cup.h"
+#include "sim/machines/vacuum_cup.h"
 #include "tests/physics/parts.h"
 
 namespace takt::sim::test {

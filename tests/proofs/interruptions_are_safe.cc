@@ -12,13 +12,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/run/interruptions.h"
+#include "cell/run/session.h"
 #include "core/program/tree/program.h"
-#include "scenario/interruptions.h"
-#include "scenario/session.h"
 #include "tests/support/random_runs.h"
 #include "tests/support/scenario_names.h"
 
-namespace takt::scenario {
+namespace takt::cell {
 namespace {
 
 using Way = Interruptions::Way;
@@ -199,4 +199,4 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, InterruptionsTest, testing::ValuesIn(test::s
                          [](const auto& one) { return one.param; });
 
 }  // namespace
-}  // namespace takt::scenario
+}  // namespace takt::cell

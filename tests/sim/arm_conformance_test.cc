@@ -5,8 +5,8 @@
 
 #include "core/device/base_description.h"
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
-#include "sim/world.h"
+#include "sim/model/from_model.h"
+#include "sim/world/world.h"
 
 namespace takt::test {
 namespace {

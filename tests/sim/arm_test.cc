@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "sim/arm.h"
+#include "sim/machines/arm.h"
 #include "tests/sim/cell.h"
 #include "tests/support/reports.h"
 

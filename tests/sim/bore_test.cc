@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "sim/solid_mesh.h"
+#include "sim/contact/solid_mesh.h"
 #include "tests/sim/cell.h"
 #include "tests/support/allocation_guard.h"
 #include "tests/support/reports.h"

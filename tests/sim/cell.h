@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sim/world.h"
+#include "sim/world/world.h"
 
 namespace takt::sim::test {
 

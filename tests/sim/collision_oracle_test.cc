@@ -15,7 +15,7 @@
 #include "core/collision/cell_shapes.h"
 #include "core/collision/motion_check.h"
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

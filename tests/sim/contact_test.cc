@@ -1,5 +1,5 @@
 // Contacts in an engineer's units: what a spring, a damper and dry friction do, whatever the masses.
-#include "sim/contact_law.h"
+#include "sim/contact/contact_law.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
 // What presses one way, of touches that push against each other.
-#include "sim/contact_watch.h"
+#include "sim/contact/contact_watch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,7 @@
 #include "core/device/device_file.h"
 #include "core/kinematics/inverse.h"
 #include "core/motion/motion_state.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

@@ -1,4 +1,4 @@
-#include "sim/film.h"
+#include "sim/film/film.h"
 
 #include <array>
 #include <cerrno>
@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "sim/film_encoder.h"
+#include "sim/film/film_encoder.h"
 #include "tests/sim/render_fixture.h"
 #include "tests/support/reports.h"
 #include "tests/support/scratch_folder.h"

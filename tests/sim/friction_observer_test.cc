@@ -1,6 +1,6 @@
 // The integral part of the simulated position controllers: it takes away what friction they do not know, and nothing
 // else (docs/simulation.md, "Friction that the model lacks").
-#include "sim/friction_observer.h"
+#include "sim/machines/friction_observer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 #include "tests/support/allocation_guard.h"
 

@@ -2,7 +2,7 @@
 #include "tests/support/gripper_conformance.h"
 
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

@@ -1,12 +1,12 @@
 // A gripper on a gantry: what it holds it holds by friction, and its states tell the truth about it.
-#include "sim/gripper.h"
+#include "sim/machines/gripper.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 #include "tests/support/allocation_guard.h"
 

@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/film.h"
-#include "sim/world.h"
+#include "sim/film/film.h"
+#include "sim/world/world.h"
 #include "tests/sim/render_fixture.h"
 #include "tests/support/reports.h"
 #include "tests/support/scratch_folder.h"

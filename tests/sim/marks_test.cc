@@ -1,5 +1,5 @@
 // What a picture shows beside the scene, and the camera that fits a cell.
-#include "sim/marks.h"
+#include "sim/model/marks.h"
 
 #include <array>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "sim/film.h"
+#include "sim/film/film.h"
 #include "tests/sim/render_fixture.h"
 
 namespace takt::sim::marks_test {

@@ -6,7 +6,7 @@
 
 #include "core/base/random.h"
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

@@ -1,4 +1,4 @@
-#include "sim/mujoco_errors.h"
+#include "sim/model/mujoco_errors.h"
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>

@@ -1,10 +1,10 @@
-#include "sim/overlay.h"
+#include "sim/film/overlay.h"
 
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include "sim/overlay_font.h"
+#include "sim/film/overlay_font.h"
 
 namespace takt::sim {
 namespace {

@@ -1,5 +1,5 @@
 // What is left out of the search for contacts can never touch: no posture may lose a contact by it.
-#include "sim/reach.h"
+#include "sim/world/reach.h"
 
 #include <algorithm>
 #include <random>
@@ -9,7 +9,7 @@
 #include <mujoco/mujoco.h>
 
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

@@ -6,9 +6,9 @@
 
 #include <mujoco/mujoco.h>
 
-#include "sim/mujoco_errors.h"
-#include "sim/renderer.h"
-#include "sim/stage.h"
+#include "sim/film/renderer.h"
+#include "sim/model/mujoco_errors.h"
+#include "sim/world/stage.h"
 
 namespace takt::sim {
 

@@ -1,4 +1,4 @@
-#include "sim/render_image.h"
+#include "sim/film/render_image.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "sim/render_scene.h"
+#include "sim/film/render_scene.h"
 
 #include <memory>
 #include <vector>

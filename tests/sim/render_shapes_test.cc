@@ -1,4 +1,4 @@
-#include "sim/render_shapes.h"
+#include "sim/film/render_shapes.h"
 
 #include <cmath>
 #include <map>

@@ -1,4 +1,4 @@
-#include "sim/renderer.h"
+#include "sim/film/renderer.h"
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Free objects that lie still fall asleep: nothing that one can see may change by it, and whatever touches them wakes
 // them.
-#include "sim/rest.h"
+#include "sim/contact/rest.h"
 
 #include <cmath>
 
@@ -9,7 +9,7 @@
 
 #include "core/device/base_description.h"
 #include "core/device/device_file.h"
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 #include "tests/support/allocation_guard.h"
 

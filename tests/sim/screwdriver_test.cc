@@ -11,7 +11,7 @@
 
 #include "core/base/random.h"
 #include "core/device/screwdriver.h"
-#include "sim/screwdriver.h"
+#include "sim/machines/screwdriver.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

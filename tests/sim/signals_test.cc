@@ -1,5 +1,5 @@
 // Terminals, wires and beams of the simulated world.
-#include "sim/signals.h"
+#include "sim/machines/signals.h"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // What the search for contacts leaves out could not have touched, and what it finds is the deepest there is.
-#include "sim/solid_view.h"
+#include "sim/contact/solid_view.h"
 
 #include <cmath>
 #include <numbers>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
-#include "sim/solid_contact.h"
+#include "sim/contact/solid_contact.h"
 
 namespace takt::sim::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "sim/stage.h"
+#include "sim/world/stage.h"
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>

@@ -1,11 +1,11 @@
 // A tool changer on a gantry: what is within its tolerance it couples and draws in, what is not stays where it is.
-#include "sim/tool_changer.h"
+#include "sim/machines/tool_changer.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "sim/from_model.h"
+#include "sim/model/from_model.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/device/vacuum_cup.h"
-#include "sim/contact_law.h"
-#include "sim/vacuum_cup.h"
+#include "sim/contact/contact_law.h"
+#include "sim/machines/vacuum_cup.h"
 #include "tests/sim/cell.h"
 
 namespace takt::sim::test {

@@ -256,7 +256,7 @@ class Verify(WithFolder):
 
 
 class Films(WithFolder):
-    """What a film is by its frames; what is in a picture is tested in tests/sim and tests/scenario/film."""
+    """What a film is by its frames; what is in a picture is tested in tests/sim and tests/cell/film."""
     def frames(self, film):
         probe = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
                                 "stream=nb_read_frames", "-of", "default=nw=1:nk=1", str(film)], capture_output=True, text=True)

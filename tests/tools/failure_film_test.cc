@@ -11,7 +11,7 @@ namespace takt::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using Way = scenario::Interruptions::Way;
+using Way = cell::Interruptions::Way;
 
 /// Frames of a film at 25 a second, as another program counts them.
 int frames_of(const fs::path& film) {
@@ -38,7 +38,7 @@ TEST(FailureFilm, OfAnInterruptionShowsItFromThreeSecondsBeforeToASecondAfterThe
   FailureFilmArguments arguments;
   arguments.folder = (folder / "films").string();
   FailureMoment moment;
-  moment.interruption = scenario::Interruptions::Case{Way::kCancel, 4500, 1, "something is wrong"};
+  moment.interruption = cell::Interruptions::Case{Way::kCancel, 4500, 1, "something is wrong"};
   const auto film = film_failure(folder / "far.json", moment, arguments, common);
   ASSERT_TRUE(film) << film.error().to_string();
   EXPECT_TRUE(film->filename().string().ends_with("far_cancel_4500.mp4")) << *film;

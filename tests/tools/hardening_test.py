@@ -347,7 +347,7 @@ class Files(WithFolder):
                     step["name"] = kept
 
     def test_a_direction_that_is_too_long(self):
-        document = json.loads((ROOT / "lessons/10-press.json").read_text())
+        document = json.loads((ROOT / "scenarios/lessons/10-press.json").read_text())
         press = next(step for step in document["program"]["steps"] if step["do"] == "press")
         press["direction"] = [0, 0, 1e300]
         self.refused("validate", self.write(document), said="[out-of-range]")

@@ -7,7 +7,7 @@
 #include "core/base/object_reader.h"
 #include "core/expression/moving_frames.h"
 #include "core/expression/tool_settings.h"
-#include "core/operations/held_part.h"
+#include "core/operations/grasp/held_part.h"
 #include "core/program/tree/node.h"
 #include "core/program/tree/strand.h"
 

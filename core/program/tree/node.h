@@ -14,8 +14,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/object_reader.h"
-#include "core/operations/operation.h"
-#include "core/operations/step.h"
+#include "core/operations/table/operation.h"
+#include "core/operations/table/step.h"
 #include "core/program/language/value.h"
 #include "core/program/language/value_template.h"
 

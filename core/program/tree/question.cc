@@ -6,7 +6,7 @@
 
 #include "core/activity/command_activity.h"
 #include "core/command/actions/device_commands.h"
-#include "core/operations/rehearsed_net.h"
+#include "core/operations/table/rehearsed_net.h"
 
 namespace takt::activity {
 namespace {

@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include "hw/drivers.h"
+#include "hw/emulators/rtde/emulated_robot.h"
 #include "hw/rtde/driver.h"
-#include "hw/rtde/emulator/emulated_robot.h"
 #include "hw/rtde/kind/lock_step_robot.h"
 #include "hw/wire/posix_network.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -199,7 +199,7 @@ Result<std::unique_ptr<device::ControllerEmulator>> RtdeKind::emulate(
 
 }  // namespace
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde
 
 namespace takt::hw {
 

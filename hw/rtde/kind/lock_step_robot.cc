@@ -4,7 +4,7 @@
 
 #include "hw/wire/virtual_stream.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 namespace {
 
@@ -72,4 +72,4 @@ void LockStepRobot::serve(Nanoseconds now) {
   driver_.poll();
 }
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -3,11 +3,11 @@
 #include <memory>
 
 #include "core/base/clock.h"
+#include "hw/emulators/rtde/emulated_robot.h"
 #include "hw/rtde/driver.h"
-#include "hw/rtde/emulator/emulated_robot.h"
 #include "hw/wire/virtual_network.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 
 /// Driver and emulated controller in one thread and on virtual time: read() makes time go on by one core cycle, so it
 /// is called once in each. On a virtual wire the same seed gives the same run, bit for bit.
@@ -59,4 +59,4 @@ class LockStepRobot final : public device::ArmDriver {
   emulation::StateHash state_;
 };
 
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

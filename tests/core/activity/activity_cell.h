@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "app/interfaces/actuator_interfaces.h"
 #include "core/activity/composition.h"
-#include "core/operations/actuator_interfaces.h"
 #include "tests/core/command/command_cell.h"
 
 namespace takt::test {

@@ -1,5 +1,5 @@
 // Wrong uses of parts, loads, tools and frames: what the cell believes forbids them.
-#include "core/operations/frame_handle.h"
+#include "app/interfaces/frame_handle.h"
 #include "tests/core/activity/broken_activities.h"
 
 namespace takt::test {

@@ -2,8 +2,8 @@
 // carries out its rest, and a cancel of it stops the arm (docs/activity-layer.md).
 #include <gtest/gtest.h>
 
+#include "app/interfaces/two_arms.h"
 #include "core/activity/dual_entry_motion.h"
-#include "core/operations/two_arms.h"
 #include "tests/core/activity/activity_cell.h"
 #include "tests/core/activity/two_arm_cell.h"
 

@@ -2,9 +2,9 @@
 // it.
 #include <gtest/gtest.h>
 
+#include "app/interfaces/two_arms.h"
 #include "core/activity/command_activity.h"
 #include "core/command/actions/online_action.h"
-#include "core/operations/two_arms.h"
 #include "tests/core/activity/activity_cell.h"
 #include "tests/core/activity/two_arm_cell.h"
 

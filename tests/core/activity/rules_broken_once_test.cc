@@ -433,11 +433,11 @@ const std::vector<takt::test::Excuse> kElsewhere = {
     {"program/tree/node_parser.cc", Code::kInvalidName, "BlockFramesTest.AreTheirSequencesOwn"},
     {"program/tree/node_parser.cc", Code::kDuplicate, "BlockFramesTest.AreTheirSequencesOwn"},
     {"program/tree/parallel_node.cc", Code::kDuplicate, "BlockFramesTest.AreTheirSequencesOwn"},
-    {"operations/held_part.cc", Code::kConflict, "no fixed part here: tests/scenario/belief_test.cc has the case"},
+    {"operations/held_part.cc", Code::kConflict, "no fixed part here: tests/cell/belief_test.cc has the case"},
     {"operations/held_part.cc", Code::kUnknownName, "no grasps here: AttachedParts.WhatCannotBeHeldIsReported"},
     {"operations/attach.cc", Code::kMissing, "no tools here: AttachedParts.WhatCannotBeHeldIsReported"},
-    {"operations/move_plan.cc", Code::kCollision, "no shapes here: tests/scenario/move_test.cc has the cases"},
-    {"operations/move_plan.cc", Code::kPlanningFailed, "no shapes here: tests/scenario/move_test.cc has the case"},
+    {"operations/move_plan.cc", Code::kCollision, "no shapes here: tests/cell/move_test.cc has the cases"},
+    {"operations/move_plan.cc", Code::kPlanningFailed, "no shapes here: tests/cell/move_test.cc has the case"},
     {"activity/planning_job.cc", Code::kInternal, "an exception of a planner: PlanningThreadTest"},
 };
 

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "app/interfaces/two_arms.h"
 #include "core/device/device_file.h"
-#include "core/operations/two_arms.h"
 #include "tests/support/fake_arm.h"
 
 namespace takt::test {

@@ -1,12 +1,12 @@
 // Two arms as one actuator: one clock, one frame, one net (rows P5, S1).
-#include "core/operations/two_arms.h"
+#include "app/interfaces/two_arms.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/interfaces/actuator_interfaces.h"
 #include "core/activity/composition.h"
 #include "core/expression/device_sensors.h"
-#include "core/operations/actuator_interfaces.h"
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/limit_oracle.h"
 #include "tests/support/reports.h"

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "core/operations/actuator_interfaces.h"
+#include "app/interfaces/actuator_interfaces.h"
 #include "tests/core/activity/command_fixture.h"
 
 namespace takt::activity {

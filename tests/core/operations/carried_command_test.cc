@@ -4,7 +4,7 @@
 #include "core/command/check.h"
 #include "core/command/mapping.h"
 #include "core/device/base_description.h"
-#include "core/operations/goal.h"
+#include "core/operations/table/goal.h"
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 

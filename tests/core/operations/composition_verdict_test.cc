@@ -9,8 +9,8 @@
 
 #include "core/activity/command_activity.h"
 #include "core/activity/dual_entry_motion.h"
-#include "core/operations/pressing.h"
-#include "core/operations/wipe.h"
+#include "core/operations/force/pressing.h"
+#include "core/operations/force/wipe.h"
 #include "tests/core/activity/activity_cell.h"
 #include "tests/support/reports.h"
 

@@ -1,10 +1,10 @@
 // What everything that presses takes from its sensor.
-#include "core/operations/contact_figures.h"
+#include "core/operations/table/contact_figures.h"
 
 #include <gtest/gtest.h>
 
 #include "core/device/force_torque_sensor.h"
-#include "core/operations/overlay.h"
+#include "core/operations/table/overlay.h"
 
 namespace takt::activity {
 namespace {

@@ -1,7 +1,7 @@
 // Steps that control a force: press and search, on a stiff block.
 #include <algorithm>
 
-#include "core/operations/search_pattern.h"
+#include "core/operations/force/search_pattern.h"
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 

@@ -1,4 +1,4 @@
-#include "core/operations/goal.h"
+#include "core/operations/table/goal.h"
 
 #include <numbers>
 

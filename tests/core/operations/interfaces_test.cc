@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/operations/composed_device.h"
+#include "app/interfaces/composed_device.h"
 #include "tests/core/activity/activity_cell.h"
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/reports.h"

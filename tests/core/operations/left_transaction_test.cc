@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "app/interfaces/actuator_interfaces.h"
 #include "core/activity/command_activity.h"
-#include "core/operations/actuator_interfaces.h"
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 

@@ -1,5 +1,5 @@
 // Touching, recording, fitting: on an arm without a body that feels a block which is not where it is believed to be.
-#include "core/operations/tare.h"
+#include "core/operations/force/tare.h"
 
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"

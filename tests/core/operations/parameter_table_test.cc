@@ -7,11 +7,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/operations/jog.h"
-#include "core/operations/motion.h"
-#include "core/operations/motion_plan.h"
-#include "core/operations/press.h"
-#include "core/operations/wait.h"
+#include "core/operations/basic/wait.h"
+#include "core/operations/force/press.h"
+#include "core/operations/motion/motion.h"
+#include "core/operations/motion/motion_plan.h"
+#include "core/operations/online/jog.h"
 #include "tests/support/reports.h"
 
 namespace takt::activity {

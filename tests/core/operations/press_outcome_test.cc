@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "app/interfaces/actuator_interfaces.h"
 #include "core/expression/device_sensors.h"
-#include "core/operations/actuator_interfaces.h"
-#include "core/operations/pressing.h"
+#include "core/operations/force/pressing.h"
 #include "tests/core/activity/fixture.h"
 
 namespace takt::activity {

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/operations/operation.h"
+#include "core/operations/table/operation.h"
 
 namespace takt::activity {
 namespace {

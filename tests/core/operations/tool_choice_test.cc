@@ -1,5 +1,5 @@
 // Which tool counts on an arm, and whether another one would.
-#include "core/operations/tool_choice.h"
+#include "core/operations/table/tool_choice.h"
 
 #include <gtest/gtest.h>
 

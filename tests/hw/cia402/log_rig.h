@@ -6,7 +6,7 @@
 #include "hw/can/datagram_can.h"
 #include "hw/cia402/canopen_bus.h"
 #include "hw/cia402/driver.h"
-#include "hw/cia402/emulator/emulator.h"
+#include "hw/emulators/cia402/emulator.h"
 #include "hw/wire/virtual_network.h"
 #include "tests/support/arm_rig.h"
 #include "tests/support/fake_arm.h"

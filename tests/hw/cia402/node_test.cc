@@ -1,5 +1,5 @@
 // An emulated node is strict: what a real one refuses, it refuses.
-#include "hw/cia402/emulator/node.h"
+#include "hw/emulators/cia402/node.h"
 
 #include <vector>
 

@@ -1,5 +1,5 @@
 // The emulated controller: its state machine, what it checks, how it falls back, its KRL programs.
-#include "hw/fri/emulator/controller.h"
+#include "hw/emulators/fri/controller.h"
 
 #include <array>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #include <memory>
 
+#include "hw/emulators/fri/emulator.h"
 #include "hw/fri/driver.h"
-#include "hw/fri/emulator/emulator.h"
 #include "hw/wire/virtual_network.h"
 #include "tests/support/arm_rig.h"
 #include "tests/support/wire_log.h"

@@ -3,11 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include "hw/emulators/rtde/rtde_service.h"
 #include "hw/rtde/dashboard_client.h"
-#include "hw/rtde/emulator/rtde_service.h"
 #include "tests/hw/rtde/controller_bench.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 ClientRequest usual() {
@@ -183,4 +183,4 @@ TEST(DashboardClient, ALineThatIsTooLongIsCutOff) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

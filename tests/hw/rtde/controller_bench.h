@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "core/device/device_file.h"
-#include "hw/rtde/emulator/controller.h"
-#include "hw/rtde/emulator/session.h"
+#include "hw/emulators/rtde/controller.h"
+#include "hw/emulators/rtde/session.h"
 #include "hw/rtde/message.h"
 
 namespace takt::test {

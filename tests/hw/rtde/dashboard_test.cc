@@ -1,9 +1,9 @@
 // Port 29999 of the emulated controller, and what its commands do.
-#include "hw/rtde/emulator/dashboard_service.h"
+#include "hw/emulators/rtde/dashboard_service.h"
 
 #include "tests/hw/rtde/controller_bench.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 class Dashboard : public testing::Test {
@@ -120,4 +120,4 @@ TEST(DashboardE, OperationalModesAreOfTheESeries) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

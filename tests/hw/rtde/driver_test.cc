@@ -9,13 +9,13 @@
 
 #include "core/device/arm.h"
 #include "core/kinematics/chain.h"
-#include "hw/rtde/emulator/rtde_service.h"
-#include "hw/rtde/emulator/script_service.h"
+#include "hw/emulators/rtde/rtde_service.h"
+#include "hw/emulators/rtde/script_service.h"
 #include "hw/rtde/kind/lock_step_robot.h"
 #include "tests/hw/rtde/controller_bench.h"
 #include "tests/support/fake_arm.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 using testing::HasSubstr;
@@ -418,4 +418,4 @@ TEST(RtdeDriver, RunsRepeat) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -1,12 +1,12 @@
 // The ports of the emulated controller on sockets: clients that come and go.
-#include "hw/rtde/emulator/front.h"
+#include "hw/emulators/rtde/front.h"
 
 #include <poll.h>
 
 #include "hw/wire/posix_network.h"
 #include "tests/hw/rtde/controller_bench.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 constexpr std::uint32_t kHost = 0x7f000029;  // 127.0.0.41
@@ -44,4 +44,4 @@ TEST(RtdeFront, AScriptCountsWhoseClientClosesAtOnce) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

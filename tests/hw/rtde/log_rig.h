@@ -4,8 +4,8 @@
 #include <memory>
 #include <utility>
 
+#include "hw/emulators/rtde/emulated_robot.h"
 #include "hw/rtde/driver.h"
-#include "hw/rtde/emulator/emulated_robot.h"
 #include "hw/wire/virtual_network.h"
 #include "hw/wire/virtual_stream.h"
 #include "tests/hw/rtde/controller_bench.h"

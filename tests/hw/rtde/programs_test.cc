@@ -1,10 +1,10 @@
 // Programs on the emulated controller: motions, registers, watchdogs, stops.
-#include "hw/rtde/emulator/programs.h"
+#include "hw/emulators/rtde/programs.h"
 
-#include "hw/rtde/emulator/script_service.h"
+#include "hw/emulators/rtde/script_service.h"
 #include "tests/hw/rtde/controller_bench.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 using Kind = ControllerEvent::Kind;
@@ -418,4 +418,4 @@ TEST(UrProgramE, ScriptsNeedRemoteControl) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

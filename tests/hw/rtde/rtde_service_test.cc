@@ -1,9 +1,9 @@
 // Port 30004 of the emulated controller: what it answers, whom it refuses, when it sends.
-#include "hw/rtde/emulator/rtde_service.h"
+#include "hw/emulators/rtde/rtde_service.h"
 
 #include "tests/hw/rtde/controller_bench.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 /// A client that says what a test wants and looks at what comes back.
@@ -205,4 +205,4 @@ TEST(RtdeServerE, AnESeriesSendsFiveHundredTimesASecond) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -1,12 +1,12 @@
 // Ports 30001 to 30003 of the emulated controller: the layout of what they send, and scripts that come in pieces.
-#include "hw/rtde/emulator/script_service.h"
+#include "hw/emulators/rtde/script_service.h"
 
 #include <map>
 
-#include "hw/rtde/emulator/client_stream.h"
+#include "hw/emulators/rtde/client_stream.h"
 #include "tests/hw/rtde/controller_bench.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 struct StreamPackage {
@@ -220,4 +220,4 @@ TEST_F(ScriptPorts, AnUnlockOnThePrimaryPortTakesEffectASecondAfterTheStop) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -16,7 +16,7 @@
 #include "tests/support/fake_arm.h"
 #include "tests/support/fake_signals.h"
 
-namespace takt::rtde::terminals_test {
+namespace takt::hw::rtde::terminals_test {
 namespace {
 
 using device::IoChannel;
@@ -208,4 +208,4 @@ TEST(RtdeTerminals, BlocksThatAControllerCannotBeAreRefusedWithTheReason) {
 }
 
 }  // namespace
-}  // namespace takt::rtde::terminals_test
+}  // namespace takt::hw::rtde::terminals_test

@@ -5,7 +5,7 @@
 
 #include "hw/rtde/message.h"
 
-namespace takt::rtde {
+namespace takt::hw::rtde {
 namespace {
 
 std::string bytes(std::initializer_list<int> list) {
@@ -198,4 +198,4 @@ TEST(RtdeWire, TypesOfPackagesHaveTheirNames) {
 }
 
 }  // namespace
-}  // namespace takt::rtde
+}  // namespace takt::hw::rtde

@@ -1,5 +1,5 @@
 // The emulated gripper as a strict one: what each command answers, over a raw connection.
-#include "hw/wsg/emulator/emulator.h"
+#include "hw/emulators/wsg/emulator.h"
 
 #include <map>
 #include <vector>

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/operations/step.h"
+#include "core/operations/table/step.h"
 #include "tests/support/reports.h"
 
 namespace takt::activity {

@@ -1,5 +1,5 @@
 // Frames that steps make and that end with their sequence.
-#include "core/operations/frame_handle.h"
+#include "app/interfaces/frame_handle.h"
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 

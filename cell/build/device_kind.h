@@ -1,0 +1,141 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cell/file/description.h"
+#include "core/base/registration.h"
+#include "core/device/description.h"
+#include "core/expression/cell.h"
+#include "sim/model/world_description.h"
+
+namespace takt::cell {
+
+class DeviceKind;
+struct BuiltCell;
+
+using ModelPointer = std::shared_ptr<const device::ModelDescription>;
+
+/// A device of the scenario with its kind and model, and how it hangs on others.
+struct LoadedDevice {
+  const DeviceEntry* entry = nullptr;
+  const DeviceKind* kind = nullptr;
+  ModelPointer model;
+  const LoadedDevice* on = nullptr;  ///< what it is mounted on; null: placed in a frame
+
+  /// The model as its kind knows it; null if it is of another kind.
+  template <class Model>
+  [[nodiscard]] std::shared_ptr<const Model> as() const {
+    return std::dynamic_pointer_cast<const Model>(model);
+  }
+  [[nodiscard]] std::string pointer() const { return "/devices" + pointer_segment(entry->name); }
+};
+
+/// All devices of a cell; those that carry come before those that they carry.
+using LoadedDevices = std::span<const std::unique_ptr<LoadedDevice>>;
+
+/// Where the next part is screwed on.
+struct MountPlace {
+  std::string link;                                        ///< that carries it
+  Eigen::Isometry3d X_LP = Eigen::Isometry3d::Identity();  ///< the place in that link, m
+  Eigen::Isometry3d X_MP = Eigen::Isometry3d::Identity();  ///< the place in the device's own mount frame, m; of what
+                                                           ///< moves (arm, base) in its flange, where its chain ends
+};
+
+/// A kind of device: what the builder of a cell asks for, from the model's file to the canonical device in the core.
+/// One object serves all devices of the kind and has no state. Calls come in the order of the members. Realtime: setup.
+///
+/// Our own kinds and those of plug-ins use the same way (docs/plugins.md): nothing else knows a list of kinds.
+class DeviceKind {
+ public:
+  /// @param name  as "kind" in a device file says
+  explicit DeviceKind(std::string name) : name_(std::move(name)) {}
+  virtual ~DeviceKind() = default;
+  DeviceKind(const DeviceKind&) = delete;
+  DeviceKind& operator=(const DeviceKind&) = delete;
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  // -- What it is ----------------------------------------------------------------------------------------------------
+  /// Reads the device file and the URDF in this folder; all diagnostics at once, with the file in them.
+  [[nodiscard]] virtual Result<ModelPointer> read(const std::filesystem::path& folder) const = 0;
+  /// True if it works only mounted on an arm, directly or through others.
+  [[nodiscard]] virtual bool needs_arm() const { return false; }
+  /// True if it stands on a back end that a site can make slow (docs/sites.md).
+  [[nodiscard]] virtual bool has_backend() const { return false; }
+  /// Nothing: it carries no other device.
+  [[nodiscard]] virtual std::optional<MountPlace> mount_place(const device::ModelDescription&) const { return {}; }
+  /// Its tool centre point in its own mount frame, m. Nothing: it is no tool. The builder of a cell makes what has one
+  /// a tool of its arm (Cell::tools), with the frames "NAME" and "NAME/tcp".
+  [[nodiscard]] virtual std::optional<Eigen::Isometry3d> tcp(const device::ModelDescription&) const { return {}; }
+  /// What is at its tool centre point. By default nothing that matters.
+  [[nodiscard]] virtual device::ToolTip tip(const device::ModelDescription&) const { return {}; }
+  /// The names that a program may use, before anything is built.
+  /// @param model  null where it cannot be read
+  virtual void declare(const DeviceEntry& entry, const device::ModelDescription* model, command::Cell& cell) const;
+
+  // -- In the simulation ---------------------------------------------------------------------------------------------
+  /// Checks what the scenario says of one device beyond its model: `settings`, `start_deg`. By default there is none.
+  virtual void check(const LoadedDevice& device, Diagnostics& diagnostics) const;
+  /// Its body. By default the URDF as it stands.
+  [[nodiscard]] virtual sim::RobotDescription body(const LoadedDevice& device, sim::Mount mount) const;
+  /// Adds what makes it work: its simulated counterpart.
+  virtual void simulate(const LoadedDevice& device, sim::WorldDescription& world) const;
+
+  // -- In the core ---------------------------------------------------------------------------------------------------
+  /// Makes the canonical device on the back end that the world now has, gives it to the core, and tells the cell.
+  virtual void add(const LoadedDevice& device, LoadedDevices all, BuiltCell& built) const;
+
+ private:
+  std::string name_;
+};
+
+/// All kinds of the process, in the order of their names. Realtime: setup.
+class DeviceKinds {
+ public:
+  /// Ours are there from the beginning.
+  static DeviceKinds& global();
+  /// A name that is taken is a programming error (abort); plug-ins ask first.
+  void add(std::unique_ptr<DeviceKind> kind);
+  [[nodiscard]] const DeviceKind* find(std::string_view name) const;
+  [[nodiscard]] std::vector<std::string> names() const;
+
+ private:
+  DeviceKinds();
+  std::vector<std::unique_ptr<DeviceKind>> kinds_;
+};
+
+/// The kind of the model in this folder and the model, read.
+struct ReadModel {
+  const DeviceKind* kind = nullptr;
+  ModelPointer model;
+};
+/// Diagnostics are those of the file; a kind that is none of a cell gets `pointer`, the place that asked for the model.
+[[nodiscard]] Result<ReadModel> read_model(const std::filesystem::path& folder, const std::string& pointer = {});
+
+/// A kind of a plug-in, waiting for the loader.
+class DeviceKindRegistration final : public Registration {
+ public:
+  DeviceKindRegistration(Registration*& list, std::unique_ptr<DeviceKind> kind)
+      : Registration(list), name_(kind->name()), kind_(std::move(kind)) {}
+
+  [[nodiscard]] std::string_view what() const override { return "device kind"; }
+  [[nodiscard]] std::string_view name() const override { return name_; }
+  [[nodiscard]] Diagnostics check() const override;
+  void add() override { DeviceKinds::global().add(std::move(kind_)); }
+
+ private:
+  std::string name_;
+  std::unique_ptr<DeviceKind> kind_;
+};
+
+/// Registers a kind of device in a plug-in: a class derived from DeviceKind that needs nothing to be made.
+///   TAKT_DEVICE_KIND(FanKind);
+#define TAKT_DEVICE_KIND(Class) \
+  ::takt::cell::DeviceKindRegistration registration_of_##Class(::takt::own_registrations, std::make_unique<Class>())
+
+}  // namespace takt::cell

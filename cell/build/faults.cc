@@ -1,0 +1,328 @@
+#include "cell/build/faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "cell/build/faulty_readings.h"
+
+namespace takt::cell {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using FaultKind = FaultEntry::Kind;
+
+constexpr const char* kLatchName = "emergency_stop";
+const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset",
+                                         "push", "sensor",  "tool_changer",   "device"};  // in the order of FaultKind
+const std::vector<std::string> kLockFaults = {"no_air", "opens"};
+const std::vector<std::string> kWrong = {"silent", "nan",   "stuck", "bias", "noise",
+                                         "delay",  "value", "gone",  "loss", "jammed"};  // of DeviceFault::Kind
+const std::vector<std::string> kOfReadings = {"silent", "nan", "stuck", "bias", "noise", "delay", "value", "loss"};
+const std::vector<std::string> kOfConnections = {"gone", "loss", "jammed"};
+
+const std::string& word_of(DeviceFault::Kind kind) { return kWrong[static_cast<std::size_t>(kind)]; }
+
+/// What a fault point can have, in the words of the file.
+std::vector<std::string> words_of_point(const FaultPoint& point) {
+  std::vector<std::string> words;
+  for (const DeviceFault::Kind kind : point.kinds()) words.push_back(word_of(kind));
+  return words;
+}
+
+Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(1e9 * seconds)); }
+
+void read_push(ObjectReader& reader, FaultEntry& fault) {
+  fault.body = reader.text("body");
+  fault.force = reader.vector("force_N");
+  fault.duration = nanoseconds(reader.number("seconds", 1.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
+}
+
+/// "fault": one of these words.
+DeviceFault::Kind read_wrong(ObjectReader& reader, const std::vector<std::string>& words) {
+  const std::string chosen = reader.choice("fault", words);
+  const auto word = std::ranges::find(kWrong, chosen);
+  return word == kWrong.end() ? DeviceFault::Kind::kSilent : static_cast<DeviceFault::Kind>(word - kWrong.begin());
+}
+
+/// In N and Nm of a force/torque sensor, else in the unit of the input.
+void read_added(ObjectReader& reader, DeviceFault& wrong) {
+  wrong.wrench.force = reader.vector("force_N", Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  wrong.wrench.torque = reader.vector("torque_Nm", Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  wrong.value = reader.number("value", 0.0);
+  if (!reader.has("force_N") && !reader.has("torque_Nm") && !reader.has("value"))
+    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is added to the readings",
+                               "Give \"force_N\" or \"torque_Nm\"; of an input \"value\"");
+}
+
+double read_input_value(ObjectReader& reader) {
+  const Json* value = reader.child("value");
+  return value != nullptr && value->is_boolean() ? (value->get<bool>() ? 1.0 : 0.0) : reader.number("value");
+}
+
+void read_wrong_while(ObjectReader& reader, FaultEntry& fault) {
+  if (fault.wrong.kind == DeviceFault::Kind::kLoss)
+    fault.wrong.share = reader.number("share", {}, {.low = 0.0, .high = 1.0, .low_open = true});
+  fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
+}
+
+void read_sensor(ObjectReader& reader, FaultEntry& fault) {
+  using Kind = DeviceFault::Kind;
+  constexpr double kLongest = 1e-3 * ReadingFaults<device::WrenchSample>::kKept;  // s, of readings once a cycle
+  fault.device = reader.text("sensor");
+  fault.wrong.kind = read_wrong(reader, kOfReadings);
+  if (fault.wrong.kind == Kind::kBias || fault.wrong.kind == Kind::kNoise) read_added(reader, fault.wrong);
+  if (fault.wrong.kind == Kind::kValue) fault.wrong.value = read_input_value(reader);
+  if (fault.wrong.kind == Kind::kDelay)
+    fault.wrong.delay = nanoseconds(reader.number("delay_s", {}, {.low = 0.0, .high = kLongest, .low_open = true}));
+  read_wrong_while(reader, fault);
+}
+
+void read_connection(ObjectReader& reader, FaultEntry& fault) {
+  fault.device = reader.text("device");
+  fault.wrong.kind = read_wrong(reader, kOfConnections);
+  read_wrong_while(reader, fault);
+}
+
+void read_lock(ObjectReader& reader, FaultEntry& fault) {
+  fault.changer = reader.text("changer");
+  fault.opens = reader.choice("fault", kLockFaults) == "opens";
+  fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
+}
+
+void read_stop(ObjectReader& reader, FaultEntry& fault) {
+  fault.arm = reader.text("arm", "");
+  fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
+  fault.brakes_after = nanoseconds(reader.number("brakes_after_s", 1.0, {.low = 0.0, .high = 60.0}));
+  const bool delays =
+      fault.kind == FaultKind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
+  if (reader.has("brakes_after_s") && !delays)
+    reader.diagnostics().error(Code::kConflict, reader.at("brakes_after_s"), "nothing waits here",
+                               "Remove it, or set \"do\": \"emergency_stop\" and category 1");
+  const bool of_the_cell = fault.kind == FaultKind::kEmergencyStop || fault.kind == FaultKind::kReset;
+  if (of_the_cell && !fault.arm.empty())
+    reader.diagnostics().error(Code::kConflict, reader.at("arm"), "an emergency stop concerns all arms",
+                               "Remove the arm, or set \"do\": \"stop\"");
+}
+
+FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
+  FaultEntry fault;
+  fault.pointer = pointer;
+  fault.at = nanoseconds(reader.number("at_s", {}, {.low = 0.0, .high = 3600.0}));
+  const auto word = std::ranges::find(kWords, reader.choice("do", kWords, "stop"));
+  if (word != kWords.end()) fault.kind = static_cast<FaultKind>(word - kWords.begin());
+  if (fault.kind == FaultKind::kPush) {
+    read_push(reader, fault);
+  } else if (fault.kind == FaultKind::kSensor) {
+    read_sensor(reader, fault);
+  } else if (fault.kind == FaultKind::kToolChanger) {
+    read_lock(reader, fault);
+  } else if (fault.kind == FaultKind::kDevice) {
+    read_connection(reader, fault);
+  } else {
+    read_stop(reader, fault);
+  }
+  reader.finish();
+  return fault;
+}
+
+/// Names of what can have wrong readings, or a connection that fails.
+std::vector<std::string> names_of_points(FaultKind kind, const command::Cell& cell) {
+  std::vector<std::string> names;
+  const auto add = [&](const auto& devices) {
+    for (const auto& [name, device] : devices) names.push_back(name);
+  };
+  if (kind == FaultKind::kSensor) {
+    add(cell.sensors);
+    add(cell.digital_inputs);
+    add(cell.analog_inputs);
+  } else {
+    add(cell.arms);
+    add(cell.grippers);
+  }
+  return names;
+}
+
+void check_fault_point(const FaultEntry& fault, const BuiltCell& built, Diagnostics& diagnostics) {
+  if (fault.kind != FaultKind::kSensor && fault.kind != FaultKind::kDevice) return;
+  const std::vector<std::string> names = names_of_points(fault.kind, built.cell);
+  const auto point = built.fault_points.find(fault.device);
+  if (point == built.fault_points.end() || std::ranges::find(names, fault.device) == names.end()) {
+    const bool sensor = fault.kind == FaultKind::kSensor;
+    return diagnostics.error(
+        Code::kUnknownName, fault.pointer + (sensor ? "/sensor" : "/device"),
+        fmt::format("there is no {} '{}'", sensor ? "sensor or input" : "arm, base or gripper", fault.device),
+        nearest_choice(fault.device, names));
+  }
+  const auto kinds = point->second->kinds();
+  if (std::ranges::find(kinds, fault.wrong.kind) != kinds.end()) return;
+  diagnostics.error(Code::kInvalidValue, fault.pointer + "/fault",
+                    fmt::format("'{}' cannot have the fault '{}'", fault.device, word_of(fault.wrong.kind)),
+                    fmt::format("{}", fmt::join(words_of_point(*point->second), ", ")));
+}
+
+}  // namespace
+
+void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults) {
+  const Json* list = reader.array("faults", /*required=*/false);
+  for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
+    faults.push_back(read_fault((*list)[i], reader.at("faults") + pointer_segment(i), reader.diagnostics()));
+  std::ranges::stable_sort(faults, {}, &FaultEntry::at);
+}
+
+void add_emergency_stop(const Description& description, BuiltCell& built, Diagnostics& diagnostics) {
+  std::vector<std::string> arms;
+  for (const auto& [name, arm] : built.cell.arms) arms.push_back(name);
+  for (const FaultEntry& fault : description.faults) {
+    if (!fault.arm.empty() && std::ranges::find(arms, fault.arm) == arms.end())
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
+                        nearest_choice(fault.arm, arms));
+    if (fault.kind == FaultKind::kPush && built.world->body(fault.body) < 0)
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/body", fmt::format("there is no body '{}'", fault.body),
+                        "Name DEVICE/LINK with a link of its model, or an object that moves");
+    check_fault_point(fault, built, diagnostics);
+    if (fault.kind == FaultKind::kToolChanger && !built.cell.changers.contains(fault.changer)) {
+      std::vector<std::string> changers;
+      for (const auto& [name, changer] : built.cell.changers) changers.push_back(name);
+      diagnostics.error(Code::kUnknownName, fault.pointer + "/changer",
+                        fmt::format("there is no tool changer '{}'", fault.changer),
+                        nearest_choice(fault.changer, changers));
+    }
+  }
+  const bool pressed = std::ranges::any_of(
+      description.faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
+  if (!pressed) return;
+  if (built.core->environment().find(kLatchName) != nullptr)
+    return diagnostics.error(Code::kDuplicate, "/faults", fmt::format("a device is called '{}'", kLatchName),
+                             "Choose another name for it");
+  built.emergency_stop = &built.core->add(std::make_unique<device::EmergencyStop>(kLatchName));
+  built.emergency_stop->set_healthy(true);
+}
+
+bool Faults::latched() const { return built_.emergency_stop != nullptr && !opened_; }
+
+void Faults::apply(const Note& note) {
+  if (built_.emergency_stop != nullptr) {
+    opened_ = opened_ || !built_.emergency_stop->latched();
+    // A button gives an edge: up in one cycle, down in the next.
+    built_.emergency_stop->set_reset(reset_pending_ && built_.core->cycle() > 0);
+    if (built_.core->cycle() > 0) reset_pending_ = false;
+  }
+  const Nanoseconds now = built_.core->time();
+  for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], now, note);
+  end_pushes(now);
+  end_wrong(now, note);
+  end_lock_faults(now, note);
+  if (!brakes_at_ || *brakes_at_ > now) return;
+  brakes_at_.reset();
+  for (const auto& [name, arm] : built_.cell.arms) built_.world->arm(name)->stop(device::StopCategory::kBrakes);
+}
+
+void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) {
+  if (fault.kind == FaultKind::kPush) {
+    const Eigen::Vector3d& f = fault.force;
+    note("push", fmt::format("{} with {:g}, {:g}, {:g} N", fault.body, f.x(), f.y(), f.z()));
+    return begin_push(fault, now);
+  }
+  if (fault.kind == FaultKind::kSensor || fault.kind == FaultKind::kDevice) {
+    note(kWords[static_cast<std::size_t>(fault.kind)],
+         fmt::format("{}: {} for {:g} s", fault.device, word_of(fault.wrong.kind), to_seconds(fault.duration)));
+    built_.fault_points.at(fault.device)->begin(fault.wrong, seed_, fault.device);
+    wrong_until_[fault.device] = {now + fault.duration, fault.kind};
+    return;
+  }
+  if (fault.kind == FaultKind::kToolChanger) return begin_lock_fault(fault, now, note);
+  const auto category = static_cast<int>(fault.category);
+  const bool stops = fault.kind == FaultKind::kStop || fault.kind == FaultKind::kEmergencyStop;
+  note(kWords[static_cast<std::size_t>(fault.kind)],
+       stops ? fmt::format("{} category {}", fault.arm, category) : fault.arm);
+  if (fault.kind == FaultKind::kEmergencyStop) return press(fault, now);
+  for (const auto& [name, arm] : built_.cell.arms) {
+    if (!fault.arm.empty() && fault.arm != name) continue;
+    sim::SimArm& machine = *built_.world->arm(name);
+    stops ? machine.stop(fault.category) : machine.release_brakes();
+  }
+  if (fault.kind != FaultKind::kReset || built_.emergency_stop == nullptr) return;
+  brakes_at_.reset();
+  built_.emergency_stop->set_healthy(true);
+  reset_pending_ = true;
+}
+
+void Faults::begin_push(const FaultEntry& fault, Nanoseconds now) {
+  const int body = built_.world->body(fault.body);
+  pushes_.push_back({.body = body, .force = fault.force, .until = now + fault.duration});
+  push(body);
+}
+
+void Faults::end_pushes(Nanoseconds now) {
+  std::vector<Push> over;
+  std::erase_if(pushes_, [&](const Push& one) {
+    if (one.until > now) return false;
+    over.push_back(one);
+    return true;
+  });
+  for (const Push& one : over) push(one.body);
+}
+
+void Faults::end_wrong(Nanoseconds now, const Note& note) {
+  std::erase_if(wrong_until_, [&](const auto& one) {
+    const auto& [until, kind] = one.second;
+    if (until > now) return false;
+    built_.fault_points.at(one.first)->end();
+    note(kWords[static_cast<std::size_t>(kind)], fmt::format("{}: well again", one.first));
+    return true;
+  });
+}
+
+void Faults::begin_lock_fault(const FaultEntry& fault, Nanoseconds now, const Note& note) {
+  note("tool_changer", fmt::format("{}: {} for {:g} s", fault.changer, fault.opens ? "its lock opens" : "no air",
+                                   to_seconds(fault.duration)));
+  lock_faults_.push_back({.changer = fault.changer, .opens = fault.opens, .until = now + fault.duration});
+  set_lock_faults(fault.changer);
+}
+
+void Faults::end_lock_faults(Nanoseconds now, const Note& note) {
+  std::vector<LockFault> over;
+  std::erase_if(lock_faults_, [&](const LockFault& one) {
+    if (one.until > now) return false;
+    over.push_back(one);
+    return true;
+  });
+  for (const LockFault& one : over) {
+    set_lock_faults(one.changer);
+    note("tool_changer", fmt::format("{}: {}", one.changer, one.opens ? "its lock works again" : "there is air again"));
+  }
+}
+
+/// As all faults of this changer together have it.
+void Faults::set_lock_faults(const std::string& changer) {
+  const auto lasts = [&](bool opens) {
+    return std::ranges::any_of(lock_faults_,
+                               [&](const LockFault& one) { return one.changer == changer && one.opens == opens; });
+  };
+  sim::SimToolChanger& machine = *built_.world->tool_changer(changer);
+  machine.set_air(!lasts(false));
+  machine.set_broken(lasts(true));
+}
+
+void Faults::push(int body) {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (const Push& one : pushes_)
+    if (one.body == body) force += one.force;
+  built_.world->push(body, force);
+}
+
+/// The core leads the arms to rest; a circuit beside it sees to their brakes.
+void Faults::press(const FaultEntry& fault, Nanoseconds now) {
+  built_.emergency_stop->set_category(fault.category);
+  built_.emergency_stop->set_healthy(false);
+  if (fault.category == device::StopCategory::kBrakes) brakes_at_ = now;
+  if (fault.category == device::StopCategory::kStopThenBrakes) brakes_at_ = now + fault.brakes_after;
+}
+
+}  // namespace takt::cell

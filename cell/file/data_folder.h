@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+
+namespace takt::cell {
+
+/// Where models/ and scenarios/ lie: what the environment says (TAKT_ROOT), else above MuJoCo's library or the program
+/// that runs (a build tree, or share/takt of an install: a program that is linked with an install finds that one), else
+/// where the process was started. Realtime: setup.
+[[nodiscard]] std::filesystem::path data_folder();
+
+}  // namespace takt::cell

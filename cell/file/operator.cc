@@ -1,0 +1,211 @@
+#include "cell/file/operator.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "core/device/channel_file.h"
+
+namespace takt::cell {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using ActionKind = OperatorAction::Kind;
+
+struct KindName {
+  ActionKind kind;
+  const char* name;
+};
+
+constexpr std::array<KindName, 6> kKinds{{{ActionKind::kPause, "pause"},
+                                          {ActionKind::kResume, "resume"},
+                                          {ActionKind::kOverride, "override"},
+                                          {ActionKind::kCancel, "cancel"},
+                                          {ActionKind::kAbort, "abort"},
+                                          {ActionKind::kWrite, "write"}}};
+
+ActionKind read_kind(ObjectReader& reader) {
+  std::vector<std::string> names;
+  for (const KindName& entry : kKinds) names.emplace_back(entry.name);
+  const std::string name = reader.choice("do", names);
+  const auto found = std::ranges::find(kKinds, name, [](const KindName& entry) { return std::string(entry.name); });
+  return found == kKinds.end() ? ActionKind::kPause : found->kind;
+}
+
+OperatorAction read_action(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
+  ObjectReader reader(json, pointer, diagnostics);
+  OperatorAction action;
+  action.pointer = pointer;
+  action.kind = read_kind(reader);
+  constexpr Range kTime{.low = 0.0, .high = 3600.0};
+  if (reader.has("at_step")) {
+    action.step = reader.text("at_step");
+    if (action.step.empty())
+      diagnostics.error(Code::kMissing, reader.at("at_step"), "an empty name", "Give the name of a step");
+    action.after_s = reader.number("after_s", 0.0, kTime);
+  } else {
+    action.after_s = reader.number("at_s", {}, kTime);
+  }
+  if (action.kind == ActionKind::kOverride) action.override_ = reader.number("value", {}, {.low = 0.0, .high = 1.0});
+  if (action.kind == ActionKind::kWrite) {
+    action.channel = reader.text("channel");
+    if (const Json* value = reader.child("value")) {
+      action.value = value->dump();
+    } else {
+      diagnostics.error(Code::kMissing, pointer, "key 'value' is missing", "Give what is written, or null");
+    }
+  }
+  reader.finish();
+  return action;
+}
+
+/// What the cell begins with: hardware moves slowly at first.
+double initial_override(rcc::ControlCore& core) {
+  const device::Channel* channel = core.find_channel(Operator::kOverride);
+  if (channel == nullptr || !channel->description().initial) return 1.0;
+  const auto* share = std::get_if<net::Real>(&*channel->description().initial);
+  return share != nullptr ? *share : 1.0;
+}
+
+}  // namespace
+
+std::vector<OperatorAction> read_operator(const Json& list, const std::string& pointer, Diagnostics& diagnostics) {
+  std::vector<OperatorAction> actions;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    actions.push_back(read_action(list[i], pointer + pointer_segment(i), diagnostics));
+  }
+  return actions;
+}
+
+Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,
+                           const std::optional<std::vector<std::string>>& steps) {
+  Diagnostics diagnostics;
+  for (const OperatorAction& action : actions) {
+    if (steps && !action.step.empty() && std::ranges::find(*steps, action.step) == steps->end()) {
+      diagnostics.error(Code::kUnknownName, action.pointer + "/at_step",
+                        fmt::format("there is no step '{}'", action.step), nearest_choice(action.step, *steps));
+    }
+    if (action.kind != ActionKind::kWrite) continue;
+    const device::Channel* channel = core.find_channel(action.channel);
+    if (!channel) {
+      diagnostics.error(Code::kUnknownName, action.pointer + "/channel",
+                        fmt::format("there is no channel '{}'", action.channel), "Name one of 'channels'");
+    } else if (channel->description().writer != device::ChannelDescription::Writer::kOutside) {
+      diagnostics.error(Code::kInvalidValue, action.pointer + "/channel",
+                        fmt::format("'{}' is written by nets", action.channel),
+                        "Declare the channel with \"writer\": \"outside\"");
+    } else if (const Json value = Json::parse(action.value); !value.is_null()) {
+      (void)device::channel_value_from_json(value, channel->description().type, action.pointer + "/value", diagnostics);
+    }
+  }
+  return diagnostics;
+}
+
+Operator::Operator(const std::vector<OperatorAction>& script, rcc::ControlCore& core,
+                   const device::EmergencyStop* button, OperatedProgram program, Note note)
+    : core_(core),
+      button_(button),
+      program_(std::move(program)),
+      note_(std::move(note)),
+      override_(initial_override(core)) {
+  for (const OperatorAction& action : script) {
+    due_.push_back({&action, action.step.empty() ? cycles(action.after_s) : -1});
+  }
+}
+
+std::int64_t Operator::cycles(double seconds) const {
+  return static_cast<std::int64_t>(std::llround(seconds / to_seconds(core_.period())));
+}
+
+void Operator::before_cycle() {
+  if (button_ != nullptr && button_->pressed() && broken_off_.empty())
+    break_off(fmt::format("'{}' was pressed", button_->name()));
+  const std::int64_t now = core_.cycle();
+  // What is due in one cycle is done in the order of the file.
+  for (PendingCommand& due : due_) {
+    if (due.cycle < 0 || due.cycle > now || due.action == nullptr) continue;
+    act(*std::exchange(due.action, nullptr));
+  }
+}
+
+void Operator::step_begun(std::string_view step) {
+  for (PendingCommand& due : due_) {
+    if (due.action == nullptr || due.cycle >= 0 || due.action->step != step) continue;
+    due.cycle = core_.cycle() + cycles(due.action->after_s);
+  }
+}
+
+void Operator::act(const OperatorAction& action) {
+  switch (action.kind) {
+    case ActionKind::kPause:
+      return pause();
+    case ActionKind::kResume:
+      return resume();
+    case ActionKind::kOverride:
+      return set_override(action.override_);
+    case ActionKind::kCancel:
+      return cancel();
+    case ActionKind::kAbort:
+      return abort();
+    case ActionKind::kWrite:
+      return write(action);
+  }
+}
+
+void Operator::pause() {
+  paused_ = true;
+  program_.hold(true);
+  send();
+  note_("pause", "");
+}
+
+void Operator::resume() {
+  paused_ = false;
+  program_.hold(false);
+  send();
+  note_("resume", "");
+}
+
+void Operator::set_override(double share) {
+  override_ = std::clamp(share, 0.0, 1.0);
+  send();
+  note_("override", fmt::format("{:g}", override_));
+}
+
+void Operator::send() {
+  if (device::Channel* channel = core_.find_channel(kOverride)) (void)channel->write(paused_ ? 0.0 : override_);
+}
+
+void Operator::cancel() {
+  cancelled_ = true;
+  program_.hold(false);
+  program_.cancel();
+  note_("cancel", "");
+}
+
+/// The program is cancelled too: what it does about failures is not for this.
+void Operator::break_off(const std::string& why) {
+  broken_off_ = why;
+  program_.cancel();
+}
+
+void Operator::abort() {
+  constexpr const char* kWhy = "the operator stopped everything";
+  core_.stop_all(net::Cause::Code::kAborted, kWhy);
+  note_("abort", "");
+  break_off(kWhy);
+}
+
+void Operator::write(const OperatorAction& action) {
+  device::Channel* channel = core_.find_channel(action.channel);
+  Diagnostics none;
+  const auto value = device::channel_value_from_json(Json::parse(action.value), channel->description().type, {}, none);
+  (void)(value ? channel->write(*value) : channel->write_null());
+  note_("write", fmt::format("{} = {}", action.channel, action.value));
+}
+
+}  // namespace takt::cell

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/object_reader.h"
+#include "core/device/thread.h"
+#include "core/world/object.h"
+
+namespace takt::cell {
+
+/// A screw as the file says it.
+struct ScrewEntry {
+  std::string thread;                          ///< "M6"
+  double length_m = 0.0;                       ///< of the shank, below the head
+  std::optional<device::Thread> figures = {};  ///< of models/threads.json, once they have been looked up
+};
+
+/// The shapes of an object.
+struct ShapeList {
+  std::vector<world::Object::Part> parts;
+  std::vector<double> masses;         ///< kg, one per part, or none
+  std::vector<std::string> pointers;  ///< one per part: where it is in the file
+};
+
+/// The shapes of an object: of "shape" and its sizes, or of "parts". Tubes and containers become the shapes that they
+/// are made of. Diagnostics have pointers into the object. Realtime: setup.
+[[nodiscard]] ShapeList read_shapes(ObjectReader& reader);
+/// "screw", if there is one. Realtime: setup.
+[[nodiscard]] std::optional<ScrewEntry> read_screw(ObjectReader& reader);
+
+/// Gives the bores with a thread or a clearance the radius of their size. Realtime: setup.
+/// @param pointers  of the parts
+void set_threads(std::vector<world::Object::Part>& parts, const std::vector<std::string>& pointers,
+                 const device::ThreadTable& threads, Diagnostics& diagnostics);
+
+/// A screw as an object: shank and head with its socket; origin O at the end of the shank, z towards the head.
+struct ScrewShapes {
+  std::vector<world::Object::Part> parts;                  ///< the shank first
+  double mass = 0.0;                                       ///< kg, of steel
+  Eigen::Isometry3d X_OS = Eigen::Isometry3d::Identity();  ///< bottom of the socket, z into the screw, m
+};
+[[nodiscard]] ScrewShapes shapes_of(const ScrewEntry& screw, const device::Thread& thread);
+/// @return null with a diagnostic that names the nearest size
+[[nodiscard]] const device::Thread* find_thread(const device::ThreadTable& threads, const std::string& size,
+                                                const std::string& pointer, Diagnostics& diagnostics);
+
+}  // namespace takt::cell

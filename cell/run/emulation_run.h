@@ -1,0 +1,66 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cell/build/cell_builder.h"
+
+namespace takt::cell {
+
+/// The controllers of a cell without its core: the simulated world, at the pace of the wall clock, and the emulated
+/// controllers of the devices that a site gives a driver. Programs that move them are other processes. Thread: one.
+/// Realtime: setup.
+class EmulationRun {
+ public:
+  struct Options {
+    bool realtime = false;                              ///< real-time scheduling and locked memory, where permitted
+    const std::atomic<int>* interrupt = nullptr;        ///< ends the run
+    std::function<void(const std::string& line)> tell;  ///< what the controllers have to say
+    /// What somebody at the machines does next, without waiting for it: "reset ARM", "stop ARM".
+    std::function<std::optional<std::string>()> next_command;
+  };
+  struct Report {
+    double sim_time = 0.0;      ///< s
+    std::int64_t overruns = 0;  ///< cycles that the wall clock was ahead of
+    Diagnostics diagnostics;
+  };
+  /// What is emulated: "arm as fri at 127.0.0.1:49938".
+  struct Served {
+    std::string device, kind, address;
+  };
+
+  /// @return diagnostics if no device has a driver on a real wire, and all that is wrong with the cell
+  [[nodiscard]] static Result<std::unique_ptr<EmulationRun>> create(Description description,
+                                                                    const device::ModelLibrary& models);
+  [[nodiscard]] const std::vector<Served>& served() const { return served_; }
+  /// Until it is interrupted, or the physics diverge.
+  [[nodiscard]] Report run(const Options& options);
+
+ private:
+  explicit EmulationRun(BuiltCell built) : built_(std::move(built)) {}
+  [[nodiscard]] Diagnostics add_emulators(const Site& site, LoadedDevices devices, std::uint64_t seed);
+  [[nodiscard]] Result<std::unique_ptr<device::ControllerEmulator>> emulator_of(const std::string& name,
+                                                                                const Site& site, LoadedDevices devices,
+                                                                                std::uint64_t seed);
+  [[nodiscard]] Result<std::unique_ptr<device::ControllerEmulator>> arm_emulator(const std::string& name,
+                                                                                 const Site& site,
+                                                                                 LoadedDevices devices,
+                                                                                 std::uint64_t seed);
+  void tell(const Options& options, const std::string& who, const std::string& what) const;
+  void tell_news(const Options& options);
+  void carry_out_commands(const Options& options);
+
+  struct Emulated {
+    std::string device;
+    std::unique_ptr<device::ControllerEmulator> emulator;
+  };
+  BuiltCell built_;
+  std::vector<Emulated> emulators_;
+  std::vector<Served> served_;
+};
+
+}  // namespace takt::cell

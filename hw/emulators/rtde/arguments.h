@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/kinematics/types.h"
+#include "hw/emulators/urscript/program.h"
+
+namespace takt::hw::rtde {
+
+/// An argument of a built-in function that is not what it must be. Thrown and caught within one call.
+struct BadArgument {
+  std::string text;
+};
+
+/// The arguments of one call, by their places.
+class Arguments {
+ public:
+  explicit Arguments(const urscript::Call& call) : call_(call) {}
+
+  [[nodiscard]] int thread() const { return call_.thread; }
+  [[nodiscard]] std::size_t size() const { return call_.arguments.size(); }
+  [[nodiscard]] const urscript::Value& operator[](std::size_t i) const { return call_.arguments[i]; }
+  /// Not given.
+  [[nodiscard]] bool none(std::size_t i) const { return i >= size() || call_.arguments[i].is_none(); }
+  [[nodiscard]] double real(std::size_t i) const;
+  [[nodiscard]] int integer(std::size_t i) const;
+  /// lower <= value <= upper
+  [[nodiscard]] int integer(std::size_t i, int lower, int upper) const;
+  [[nodiscard]] bool boolean(std::size_t i) const;
+  [[nodiscard]] std::string text(std::size_t i) const;
+  [[nodiscard]] urscript::Pose pose(std::size_t i) const;
+  [[nodiscard]] std::vector<double> numbers(std::size_t i, std::size_t count) const;
+  [[nodiscard]] kinematics::JointVector joints(std::size_t i) const;
+
+ private:
+  [[noreturn]] void refuse(std::size_t i, std::string_view expected) const;
+
+  const urscript::Call& call_;
+};
+
+/// A function that may throw BadArgument, as a library wants it.
+template <class Run>
+[[nodiscard]] std::function<urscript::Outcome(const urscript::Call&)> checked(Run run) {
+  return [run](const urscript::Call& call) -> urscript::Outcome {
+    try {
+      return run(Arguments(call));
+    } catch (BadArgument& bad) {
+      return urscript::Failed{std::move(bad.text)};
+    }
+  };
+}
+
+/// Six numbers, as scripts have joint positions, velocities and wrenches.
+template <class Vector>
+[[nodiscard]] urscript::Value to_value(const Vector& vector) {
+  return urscript::to_list(std::vector<double>(vector.begin(), vector.end()));
+}
+
+}  // namespace takt::hw::rtde

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hw/emulators/urscript/program.h"
+
+namespace takt::hw::urscript {
+
+/// Runs one program in the frames of a controller. Each thread runs until it takes time (a built-in function that
+/// waits) or blocks, and goes on in a later frame; only there do threads alternate. A thread that loops without taking
+/// time gives up the frame after kBudget instructions. What a program may use is bounded: depth of calls, threads,
+/// lengths of lists and strings. One thread of the process.
+class Machine {
+ public:
+  static constexpr int kBudget = 50'000;  ///< instructions of one thread in one frame
+
+  /// @param library  outlives the machine, and is the one that the program was compiled with
+  /// @param first_thread  number of the main thread; the others count on from it
+  Machine(std::shared_ptr<const Program> program, const Library& library, int first_thread = 1);
+
+  /// One frame of all threads, in the order in which they began. @return false if the program has ended.
+  bool run_frame();
+  [[nodiscard]] bool ended() const { return ended_; }
+  /// Why it ended, if it did not come to its end.
+  [[nodiscard]] const std::optional<ScriptError>& error() const { return error_; }
+  [[nodiscard]] const Program& program() const { return *program_; }
+  /// Ends the program with what is running now. Built-in functions may call it.
+  void stop() { stopping_ = true; }
+  [[nodiscard]] bool alive(int thread) const;
+  /// Threads that have ended since the last call.
+  [[nodiscard]] std::vector<int> take_ended_threads();
+  /// The line that the main thread is at.
+  [[nodiscard]] int line() const;
+  /// Frames in which some thread used up its budget.
+  [[nodiscard]] std::uint64_t overruns() const { return overruns_; }
+
+ private:
+  struct Frame {
+    std::size_t at = 0;  // next instruction
+    std::size_t locals = 0, stack = 0;
+  };
+  struct Thread {
+    int id = 0;
+    std::vector<Frame> frames;
+    std::vector<Value> locals, stack;
+    Wait wait;
+    int joins = 0;  // id of a thread
+    bool ended = false;
+  };
+  using Code = Instruction::Code;
+
+  int start_thread(int function, std::vector<Value> arguments);
+  void run(Thread& thread);
+  /// @return true if the thread waits now.
+  bool resumes(Thread& thread);
+  /// @return false if the thread gives up the frame.
+  bool step(Thread& thread, const Instruction& instruction);
+  bool step_data(Thread& thread, const Instruction& instruction);
+  void step_jump(Thread& thread, const Instruction& instruction);
+  void enter(Thread& thread, int function, int arguments);
+  void leave(Thread& thread);
+  bool call_builtin(Thread& thread, const Instruction& instruction);
+  void load_element(Thread& thread, int indices);
+  void store_element(Thread& thread, const Instruction& instruction);
+  void make_list(Thread& thread, int count);
+  void make_pose(Thread& thread);
+  void operate(Thread& thread, Operator op);
+  void kill(const Value& handle);
+  [[nodiscard]] Thread* find(int id);
+  void push(Thread& thread, Value value);
+  Value pop(Thread& thread);
+  [[nodiscard]] std::vector<Value> pop(Thread& thread, int count);
+  void fail(std::string text);
+
+  std::shared_ptr<const Program> program_;
+  const Library& library_;
+  std::deque<Thread> threads_;
+  std::vector<Value> globals_;
+  std::vector<int> ended_threads_;
+  std::optional<ScriptError> error_;
+  int next_id_, line_ = 1;
+  bool ended_ = false, stopping_ = false;
+  std::uint64_t overruns_ = 0;
+};
+
+}  // namespace takt::hw::urscript
