@@ -13,7 +13,7 @@ namespace {
 
 /// Driver, wire and controller around an arm without a body.
 struct RtdeRig final : ArmRig {
-  RtdeRig(const rtde::DriverOptions& options, const rtde::ControllerOptions& controller,
+  RtdeRig(const hw::rtde::DriverOptions& options, const hw::rtde::ControllerOptions& controller,
           const hw::VirtualFaults& faults, const emulation::DeviceClock& clock, bool on_sockets) {
     static hw::PosixNetwork sockets;
     auto adapted = std::make_shared<device::ArmDescription>(*ur5());
@@ -22,8 +22,8 @@ struct RtdeRig final : ArmRig {
     description = adapted;
     tap = std::make_shared<ArmTap>(std::make_shared<FakeArm>(ur5()->home));
     const device::DriverRequest request{.device = "arm", .description = description, .seed = 11};
-    robot = std::make_shared<rtde::LockStepRobot>(options, controller, request, tap, faults, clock,
-                                                  on_sockets ? &sockets : nullptr);
+    robot = std::make_shared<hw::rtde::LockStepRobot>(options, controller, request, tap, faults, clock,
+                                                      on_sockets ? &sockets : nullptr);
     EXPECT_TRUE(robot->begin());
     backend = robot;
     pass_cycle = [this] { robot->pass_cycle(); };
@@ -36,24 +36,24 @@ struct RtdeRig final : ArmRig {
   /// Somebody powers the robot on again.
   void release() override { robot->robot().controller().power().release_brakes(); }
 
-  std::shared_ptr<rtde::LockStepRobot> robot;
+  std::shared_ptr<hw::rtde::LockStepRobot> robot;
 };
 
-ArmUnderTest over(const std::string& name, const rtde::DriverOptions& options,
-                  const rtde::ControllerOptions& controller, const hw::VirtualFaults& faults,
+ArmUnderTest over(const std::string& name, const hw::rtde::DriverOptions& options,
+                  const hw::rtde::ControllerOptions& controller, const hw::VirtualFaults& faults,
                   const emulation::DeviceClock& clock, bool on_sockets = false) {
   return {name, [=] { return std::make_unique<RtdeRig>(options, controller, faults, clock, on_sockets); }};
 }
 
-const rtde::DriverOptions kCb3, kE{.e_series = true};
+const hw::rtde::DriverOptions kCb3, kE{.e_series = true};
 // Ports are fixed, so the address is drawn: runs side by side do not meet.
-const rtde::DriverOptions kLoopback{.host = 0x7f00'0001u | ((std::random_device{}() & 0xffffU) << 8)};
+const hw::rtde::DriverOptions kLoopback{.host = 0x7f00'0001u | ((std::random_device{}() & 0xffffU) << 8)};
 const hw::VirtualFaults kWire{.wire = {.transport = 100'000, .jitter = 300'000}};
 const hw::VirtualFaults kPieces{.wire = {.transport = 100'000, .jitter = 300'000}, .stream_piece = 7};
 
 /// What was written down of a test is played to a second driver, which has to do the same to the bit.
-ArmUnderTest on_a_log(const std::string& name, const rtde::DriverOptions& options,
-                      const rtde::ControllerOptions& controller, const hw::VirtualFaults& faults) {
+ArmUnderTest on_a_log(const std::string& name, const hw::rtde::DriverOptions& options,
+                      const hw::rtde::ControllerOptions& controller, const hw::VirtualFaults& faults) {
   return {name, [=] { return std::make_unique<RtdeLogRig>(options, controller, faults); }};
 }
 

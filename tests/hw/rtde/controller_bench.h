@@ -21,16 +21,16 @@ inline std::shared_ptr<const device::ArmDescription> ur5() {
 /// An emulated controller with an ideal arm, without any network: frames run as the test says.
 class ControllerBench {
  public:
-  explicit ControllerBench(const rtde::ControllerOptions& options = {}) : controller(options, ur5()) {
+  explicit ControllerBench(const hw::rtde::ControllerOptions& options = {}) : controller(options, ur5()) {
     plant.q = ur5()->home;
-    plant.dq = rtde::JointVector::Zero(6);
-    plant.tau_external = rtde::JointVector::Zero(6);
+    plant.dq = hw::rtde::JointVector::Zero(6);
+    plant.tau_external = hw::rtde::JointVector::Zero(6);
   }
   void frame() {
     controller.run_frame(plant);
     plant.q = controller.told_next().q;
     plant.dq = controller.told_next().dq;
-    for (rtde::Session* session : sessions) session->end_frame();
+    for (hw::rtde::Session* session : sessions) session->end_frame();
   }
   void frames(int count) {
     for (int i = 0; i < count; ++i) frame();
@@ -44,23 +44,23 @@ class ControllerBench {
     return !controller.programs().running();
   }
   [[nodiscard]] double field(std::string_view name, std::size_t i = 0) const {
-    return controller.fields()[rtde::output_fields().at(name)][i];
+    return controller.fields()[hw::rtde::output_fields().at(name)][i];
   }
   /// The text of the last event of a kind; empty: there is none.
-  [[nodiscard]] std::string last(rtde::ControllerEvent::Kind kind) {
+  [[nodiscard]] std::string last(hw::rtde::ControllerEvent::Kind kind) {
     std::string text;
     for (auto i = controller.events().begin(); i < controller.events().end(); ++i)
       if (controller.events()[i].kind == kind) text = controller.events()[i].text;
     return text;
   }
 
-  rtde::Controller controller;
-  rtde::PlantSample plant;
-  std::vector<rtde::Session*> sessions;
+  hw::rtde::Controller controller;
+  hw::rtde::PlantSample plant;
+  std::vector<hw::rtde::Session*> sessions;
 };
 
-inline rtde::ControllerOptions e_series() {
-  rtde::ControllerOptions options;
+inline hw::rtde::ControllerOptions e_series() {
+  hw::rtde::ControllerOptions options;
   options.version = {5, 12, 2, 1101534};
   options.model = "UR5e";
   return options;

@@ -16,7 +16,7 @@ namespace takt::test {
 
 /// What a robot whose connections are written down is made of, in the order in which it has to be made.
 struct LoggedController {
-  LoggedController(const rtde::DriverOptions& options, const rtde::ControllerOptions& controller,
+  LoggedController(const hw::rtde::DriverOptions& options, const hw::rtde::ControllerOptions& controller,
                    const device::DriverRequest& request, std::shared_ptr<device::ArmBackend> machine,
                    const hw::VirtualFaults& faults, std::shared_ptr<WireLog> wire_log)
       : network(clock, request.seed, faults),
@@ -29,13 +29,13 @@ struct LoggedController {
   hw::VirtualNetwork network;
   std::shared_ptr<WireLog> log;
   RecordingNetwork recording;
-  rtde::EmulatedRobot robot;
+  hw::rtde::EmulatedRobot robot;
 };
 
 /// The driver and the emulated controller on a virtual wire, whose traffic is written down.
-class LoggedRobot final : private LoggedController, public rtde::Driver {
+class LoggedRobot final : private LoggedController, public hw::rtde::Driver {
  public:
-  LoggedRobot(const rtde::DriverOptions& options, const rtde::ControllerOptions& controller,
+  LoggedRobot(const hw::rtde::DriverOptions& options, const hw::rtde::ControllerOptions& controller,
               const device::DriverRequest& request, std::shared_ptr<device::ArmBackend> machine,
               const hw::VirtualFaults& faults, std::shared_ptr<WireLog> wire_log)
       : LoggedController(options, controller, request, std::move(machine), faults, std::move(wire_log)),
@@ -46,7 +46,7 @@ class LoggedRobot final : private LoggedController, public rtde::Driver {
   LoggedRobot& operator=(const LoggedRobot&) = delete;
 
   [[nodiscard]] const Clock& time() const { return clock; }
-  [[nodiscard]] rtde::Controller& controller() { return robot.controller(); }
+  [[nodiscard]] hw::rtde::Controller& controller() { return robot.controller(); }
   /// Up to the next core cycle; read() itself makes no time go on.
   void pass_cycle() {
     const Nanoseconds now = ++cycle_ * period_;
@@ -76,7 +76,7 @@ class LoggedRobot final : private LoggedController, public rtde::Driver {
 
 /// An arm of the conformance suite whose log is played to a second driver at the end of each test.
 struct RtdeLogRig final : ArmRig {
-  RtdeLogRig(const rtde::DriverOptions& options, const rtde::ControllerOptions& controller,
+  RtdeLogRig(const hw::rtde::DriverOptions& options, const hw::rtde::ControllerOptions& controller,
              const hw::VirtualFaults& faults)
       : options_(options) {
     auto adapted = std::make_shared<device::ArmDescription>(*ur5());
@@ -110,7 +110,7 @@ struct RtdeLogRig final : ArmRig {
     LogReader log(*log_);
     VirtualClock clock;
     ReplayedNetwork network(log);
-    auto again = std::make_unique<rtde::Driver>(options_, request(), network, clock);
+    auto again = std::make_unique<hw::rtde::Driver>(options_, request(), network, clock);
     LogPlayer player{.log = log, .clock = clock, .driver = *again, .turn = [&](WireLog::Turn turn) {
                        turn == WireLog::Turn::kEnd ? again.reset() : again->poll();
                      }};
@@ -121,7 +121,7 @@ struct RtdeLogRig final : ArmRig {
     EXPECT_GT(player.turns, 5);
   }
 
-  rtde::DriverOptions options_;
+  hw::rtde::DriverOptions options_;
   std::shared_ptr<WireLog> log_ = std::make_shared<WireLog>();
   std::shared_ptr<LoggedRobot> robot_;
 };

@@ -59,16 +59,16 @@ TEST_F(UrProgram, ATimeDecidesWhereTheJointsCan) {
 }
 
 TEST_F(UrProgram, MovesTheToolOnALine) {
-  const urscript::Pose before = to_pose(bench.controller.motion().kinematics().X_BT(bench.plant.q));
+  const hw::urscript::Pose before = to_pose(bench.controller.motion().kinematics().X_BT(bench.plant.q));
   ASSERT_TRUE(bench.controller.programs().start(
       "def go():\n  here = get_actual_tcp_pose()\n  movel(pose_add(here, p[0, 0.1, 0, 0, 0, 0]), a=1, v=0.2)\nend\n"));
   double off = 0.0;
   for (int i = 0; i < 5000 && bench.controller.programs().running(); ++i) {
     bench.frame();
-    const urscript::Pose at = to_pose(bench.controller.motion().kinematics().X_BT(bench.plant.q));
+    const hw::urscript::Pose at = to_pose(bench.controller.motion().kinematics().X_BT(bench.plant.q));
     off = std::max({off, std::abs(at[0] - before[0]), std::abs(at[2] - before[2])});
   }
-  const urscript::Pose after = to_pose(bench.controller.motion().kinematics().X_BT(bench.plant.q));
+  const hw::urscript::Pose after = to_pose(bench.controller.motion().kinematics().X_BT(bench.plant.q));
   EXPECT_NEAR(after[1] - before[1], 0.1, 1e-6);
   EXPECT_LT(off, 1e-6) << "m beside the line";
 }
@@ -409,7 +409,7 @@ TEST_F(UrProgram, AJointLimitIsAProtectiveStop) {
 }
 
 TEST(UrProgramE, ScriptsNeedRemoteControl) {
-  rtde::ControllerOptions options = test::e_series();
+  hw::rtde::ControllerOptions options = test::e_series();
   options.remote_control = false;
   test::ControllerBench bench(options);
   run_piece(bench.controller, {"textmsg(1)\n", false});
