@@ -95,7 +95,8 @@ void Client::handle_protocol(std::string_view payload) {
 void Client::handle_version(std::string_view payload) {
   const auto version = decode_version(payload);
   if (!version)
-    return refuse(Code::kIncompatible, "the controller's version cannot be read", "Check that a UR controller has this address");
+    return refuse(Code::kIncompatible, "the controller's version cannot be read",
+                  "Check that a UR controller has this address");
   version_ = *version;
   if (version_.major != 3 && version_.major != 5)
     return refuse(Code::kIncompatible, fmt::format("the controller has software {}", to_string(version_)),
@@ -135,7 +136,8 @@ void Client::handle_setup(std::string_view payload) {
   const auto reply = decode_setup_reply(payload, inputs || protocol_ >= 2);
   if (!reply || !check_words(*reply, table, wanted()) || problems_.has_errors()) {
     if (!problems_.has_errors())
-      refuse(Code::kIncompatible, "the answer to a set-up cannot be read", "Check that a UR controller has this address");
+      refuse(Code::kIncompatible, "the answer to a set-up cannot be read",
+             "Check that a UR controller has this address");
     state_ = State::kRefused;
     return;
   }
@@ -160,7 +162,7 @@ bool Client::check_words(const SetupReply& reply, const FieldTable& table, const
     if (field == nullptr || reply.words[i] != name_of(field->type)) complain_about(reply.words[i], field, names[i]);
   }
   if (reply.id == 0 && !problems_.has_errors())
-    problems_.error(Code::kIncompatible, {}, "the controller refuses the list of fields", "Read the controller's log");
+    problems_.error(Code::kIncompatible, {}, "the controller refuses the list of fields", "See the controller's log");
   return true;
 }
 
@@ -185,7 +187,8 @@ void Client::complain_about(std::string_view word, const Field* field, const std
 }
 
 void Client::handle_start(std::string_view payload) {
-  if (!is_yes(payload)) return refuse(Code::kIncompatible, "the controller does not start to send", "Read the controller's log");
+  if (!is_yes(payload))
+    return refuse(Code::kIncompatible, "the controller does not start to send", "See the controller's log");
   step_ = Step::kDone;
   state_ = State::kRunning;
 }
