@@ -98,7 +98,8 @@ TEST(RtdeRun, TheSameSeedGivesTheSameDigest) {
 std::string stopped_before_a_motion(const std::string& faults) {
   return R"({
     "devices": {"arm": {"model": "ur5", "at": {"in": "world"}}},
-    "program": {"do": "sequence", "steps": [{"do": "wait", "seconds": 9}, {"do": "lin", "to": {"by_m": [0, 0.05, -0.05]}}]},
+    "program": {"do": "sequence", "steps": [
+      {"do": "wait", "seconds": 9}, {"do": "lin", "to": {"by_m": [0, 0.05, -0.05]}}]},
     "faults": [{"at_s": 1, "do": "stop", "category": 1})" +
          faults + "]}";
 }
