@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
+#include "cell/file/description.h"
 
 namespace takt::cell {
 
