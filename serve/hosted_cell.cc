@@ -132,6 +132,12 @@ bool HostedCell::clear() const {
       built_.cell.arms, [](const auto& one) { return one.second.device->at_rest() && !one.second.device->held(); });
 }
 
+/// Every arm has one to begin from.
+bool HostedCell::have_set_points() const {
+  return std::ranges::all_of(built_.cell.arms,
+                             [](const auto& one) { return one.second.device->set_point().q.size() > 0; });
+}
+
 cell::RunReport HostedCell::run() {
   if (run_->open()) {
     realtime() ? run_realtime() : run_lockstep();
@@ -159,8 +165,7 @@ bool HostedCell::cycle_lockstep() {
 
 void HostedCell::run_lockstep() {
   connected_ = run_->connect([this] { return end_asked(); });
-  const auto lacks = [](const auto& one) { return one.second.device->set_point().q.size() == 0; };
-  while (connected_ && std::ranges::any_of(built_.cell.arms, lacks))
+  while (connected_ && !have_set_points())
     if (!cycle_lockstep()) break;
   copy({});
   publish();
@@ -204,7 +209,7 @@ void HostedCell::run_realtime() {
     if (!connected_ && !end_asked()) {
       const auto connection = run_->look_for_devices();
       failed_ = connection == cell::CellRun::Connection::kFailed;
-      connected_ = connection == cell::CellRun::Connection::kThere;
+      connected_ = connection == cell::CellRun::Connection::kThere && have_set_points();
       return !failed_;
     }
     if (!end_asked()) return true;

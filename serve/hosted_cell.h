@@ -103,6 +103,7 @@ class HostedCell {
   [[nodiscard]] bool interrupted() const;
   [[nodiscard]] bool end_asked() const { return stop_asked_ || interrupted(); }
   [[nodiscard]] bool clear() const;
+  [[nodiscard]] bool have_set_points() const;
   void copy(std::span<const rcc::Event> events);
   void publish();
   void run_lockstep();
