@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 
@@ -19,9 +20,11 @@ double rounded(double value, int digits) {
 }
 
 double meant(double value) {
-  constexpr int kWritten = 12, kTrue = 15;  // digits that people write, and that a double holds in any case
+  constexpr int kWritten = 12;  // digits that people write
+  constexpr double kNoise = 4 * std::numeric_limits<double>::epsilon();
+  if (!std::isfinite(value)) return value;
   const double plain = rounded(value, kWritten);
-  return std::isfinite(value) && rounded(value, kTrue) == plain ? plain : value;
+  return std::abs(value - plain) <= kNoise * std::abs(value) ? plain : value;
 }
 
 }  // namespace
