@@ -27,7 +27,7 @@ TEST(WithoutNoise, WhatIsNoNoiseKeepsEveryBit) {
 TEST(WithoutNoise, NumbersOfFewDigitsComeBackFromAnySum) {
   std::mt19937 random(7);
   for (int i = 0; i < 2000; ++i) {
-    const double wanted = 1.0 + static_cast<double>(random() % 1'000'000) / 1000;
+    const double wanted = static_cast<double>(1000 + random() % 1000000) / 1000;
     const double part = wanted * 0.1;
     EXPECT_EQ(without_noise(Json((wanted - part) + part)).dump(), Json(wanted).dump());
   }
