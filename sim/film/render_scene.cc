@@ -1,7 +1,6 @@
 #include "sim/film/render_scene.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -202,24 +201,7 @@ void SceneTriangles::fill(const mjModel_* model, const mjData_* data, const mjvS
     const Vector3f origin =
         endless ? Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + 3 * geom.objid).cast<float>() : vec(geom.pos);
     append_vertices(geom, origin, *shape, fit(model, geom), look, vertices);
-    SceneGeom& made = geoms.back();
-    for (std::size_t v = made.first_vertex; v < vertices.size(); ++v)
-      made.bounds.extend(vec(vertices[v].position.data()));
   }
-}
-
-bool can_be_seen(const SceneGeom& geom, const Matrix4f& clip_from_world) {
-  std::array<bool, 3> all_above{true, true, true}, all_below{true, true, true};
-  for (int i = 0; i < 8; ++i) {
-    const Vector3f corner = geom.bounds.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i));
-    const Eigen::Vector4f clip = clip_from_world * corner.homogeneous();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      all_above[axis] = all_above[axis] && clip[static_cast<Eigen::Index>(axis)] > clip.w();
-      all_below[axis] = all_below[axis] && clip[static_cast<Eigen::Index>(axis)] < -clip.w();
-    }
-  }
-  const auto beyond = [](const std::array<bool, 3>& sides) { return sides[0] || sides[1] || sides[2]; };
-  return !beyond(all_above) && !beyond(all_below);
 }
 
 void append_indices(const SceneGeom& geom, std::vector<std::uint32_t>& indices) {

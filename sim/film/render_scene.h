@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 
 #include "sim/film/render_shapes.h"
 
@@ -28,7 +28,6 @@ struct SceneGeom {
   std::uint32_t first_vertex = 0;
   const Shape* shape = nullptr;
   Eigen::Vector3f centre = Eigen::Vector3f::Zero();
-  Eigen::AlignedBox3f bounds = {};  ///< of its corners, m in world
   bool casts_shadow = false;
   bool transparent = false;
   bool is_floor = false;
@@ -45,10 +44,6 @@ struct SceneTriangles {
   /// Replaces the content by the geoms of `scene`, which was made from `data`.
   void fill(const mjModel_* model, const mjData_* data, const mjvScene_& scene, const ShapeLibrary& shapes);
 };
-
-/// False only where the bounds lie beyond one side of the view: what is in no picture costs nothing.
-/// @param clip_from_world  of the camera
-[[nodiscard]] bool can_be_seen(const SceneGeom& geom, const Eigen::Matrix4f& clip_from_world);
 
 /// Appends the triangles of `geom` to `indices`.
 void append_indices(const SceneGeom& geom, std::vector<std::uint32_t>& indices);

@@ -2,9 +2,7 @@
 
 namespace takt::sim {
 
-// A look into the map costs more than all the rest of a pixel, so that ranges of depths are asked first: only what is
-// neither in front of all that is near it in the map nor behind all of it looks (ShadowRange). Along the edges of
-// shadows four taps of 2x2 texels make a soft line of some pixels at 720p; else one tap says as much.
+// One tap of 2x2 texels: at 720p a texel is about a pixel, and more taps cost more than everything else together.
 const char* const kShadowFunction = R"glsl(
 #ifdef SHADOWS
 in vec4 shadow_at;
@@ -12,22 +10,7 @@ uniform sampler2DShadow shadow_map;
 #ifdef NEAR_SHADOW
 float shadow() { return textureProj(shadow_map, shadow_at); }
 #else
-uniform sampler2D shadow_ranges;
-uniform float shadow_texel;
-float tap(vec3 at, float x, float y) { return textureLod(shadow_map, at + vec3(x, y, 0.0) * shadow_texel, 0.0); }
-float shadow() {
-  vec3 at = shadow_at.xyz;
-  vec4 range = textureLod(shadow_ranges, at.xy, 0.0);
-  float lit = at.z <= range.x ? 1.0 : 0.0;
-  if (at.z > range.x && at.z <= range.y) {
-    if (range.z > 0.5) {
-      lit = 0.25 * (tap(at, -0.9, -0.4) + tap(at, 0.4, -0.9) + tap(at, 0.9, 0.4) + tap(at, -0.4, 0.9));
-    } else {
-      lit = tap(at, 0.0, 0.0);
-    }
-  }
-  return lit;
-}
+float shadow() { return texture(shadow_map, shadow_at.xyz); }
 #endif
 #else
 float shadow() { return 1.0; }

@@ -23,7 +23,6 @@
 #include "sim/film/render_scene.h"
 #include "sim/film/render_shaders.h"
 #include "sim/film/render_shapes.h"
-#include "sim/film/shadow_ranges.h"
 #include "sim/model/mujoco_errors.h"
 
 namespace takt::sim {
@@ -90,7 +89,6 @@ class Renderer::Impl {
     mjv_defaultOption(&visible_);
     if (!options.show_sites) std::ranges::fill(visible_.sitegroup, mjtByte{0});
     sky_ = sky_of(model);
-    options_.shadow_size = (options_.shadow_size + kShadowBlock - 1) / kShadowBlock * kShadowBlock;
   }
 
   ~Impl() {
@@ -214,20 +212,6 @@ class Renderer::Impl {
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, shadow_map_, 0);
     glDrawBuffer(GL_NONE);
     glReadBuffer(GL_NONE);
-    make_range_map();
-  }
-
-  void make_range_map() {
-    glGenTextures(1, &range_map_);
-    glBindTexture(GL_TEXTURE_2D, range_map_);
-    const GLsizei side = options_.shadow_size / kShadowBlock;
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, side, side, 0, GL_RGBA, GL_FLOAT, nullptr);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
-    const float nothing[4] = {kNoCaster, kNoCaster, 0, 0};
-    glTexParameterfv(GL_TEXTURE_2D, GL_TEXTURE_BORDER_COLOR, nothing);
   }
 
   void update_scene(const CameraView& camera) {
@@ -301,35 +285,15 @@ class Renderer::Impl {
     set(shadow_program_, "clip_from_world", shadow_view_.clip_from_world);
     draw_range({static_cast<GLsizei>(indices_.size()), 0});
     glDisable(GL_POLYGON_OFFSET_FILL);
-    if (lights_.all_distant) fill_range_map(radius);
-  }
-
-  void fill_range_map(float radius) {
-    constexpr float kEdgeTexels = 12;  // a step of depth as wide as this is an edge, less may be a slope
-    const auto side = static_cast<std::size_t>(options_.shadow_size);
-    depths_.resize(side * side);
-    glPixelStorei(GL_PACK_ALIGNMENT, 2);
-    glReadPixels(0, 0, options_.shadow_size, options_.shadow_size, GL_DEPTH_COMPONENT, GL_UNSIGNED_SHORT,
-                 depths_.data());
-    const float texel = shadow_view_.width / static_cast<float>(options_.shadow_size);
-    const auto& ranges = ranges_.of(depths_, options_.shadow_size, kEdgeTexels * texel / (4 * radius));
-    glBindTexture(GL_TEXTURE_2D, range_map_);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    const GLsizei blocks = options_.shadow_size / kShadowBlock;
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, blocks, blocks, GL_RGBA, GL_FLOAT, ranges.data());
   }
 
   // Programs differ by the scene's lights; a light switched on or off by the model makes new ones.
   Result<GLuint> program_for(bool is_floor, bool shadowed) {
     const bool near_shadow = shadowed && !lights_.all_distant;
-    // A surface that is turned away from a distant light needs no look.
-    const char* lit = shadowed && !near_shadow
-                          ? "float lit = 0.0; if (dot(N, light_at[SHADOW_LIGHT]) > 0.0) lit = shadow();"
-                          : "float lit = shadow();";
     const std::string defines =
-        fmt::format("{}{}#define MAX_LIGHTS {}\n#define SHADOW_LIGHT {}\n#define LIGHTING {} {}\n",
+        fmt::format("{}{}#define MAX_LIGHTS {}\n#define SHADOW_LIGHT {}\n#define LIGHTING float lit = shadow(); {}\n",
                     shadowed ? "#define SHADOWS\n" : "", near_shadow ? "#define NEAR_SHADOW\n" : "",
-                    std::max(1, lights_.count), lights_.shadow_light, lit, lights_.code);
+                    std::max(1, lights_.count), lights_.shadow_light, lights_.code);
     const std::pair key{defines, is_floor};
     if (const auto found = programs_.find(key); found != programs_.end()) return found->second;
     Result<unsigned> made = is_floor
@@ -365,10 +329,6 @@ class Renderer::Impl {
     set(program, "shadow_from_world", Matrix4f(to_texture * shadow_view_.clip_from_world));
     set(program, "shadow_offset", 1.5f * shadow_view_.width / static_cast<float>(options_.shadow_size));
     glUniform1i(glGetUniformLocation(program, "shadow_map"), 0);
-    glUniform1i(glGetUniformLocation(program, "shadow_ranges"), 1);
-    set(program, "shadow_texel", 1.0f / static_cast<float>(options_.shadow_size));
-    glActiveTexture(GL_TEXTURE1);
-    glBindTexture(GL_TEXTURE_2D, range_map_);
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, shadow_map_);
   }
@@ -378,10 +338,7 @@ class Renderer::Impl {
     const mjvGLCamera camera = mjv_averageCamera(&scene_.camera[0], &scene_.camera[1]);
     const Vector3f eye(camera.pos[0], camera.pos[1], camera.pos[2]);
     std::vector<const SceneGeom*> order;
-    const float aspect = static_cast<float>(width) / static_cast<float>(height);
-    const Matrix4f view = camera_view(scene_, aspect);
-    for (const SceneGeom& geom : triangles_.geoms)
-      if (geom.is_floor || can_be_seen(geom, view)) order.push_back(&geom);
+    for (const SceneGeom& geom : triangles_.geoms) order.push_back(&geom);
     std::ranges::stable_sort(order, {}, [&](const SceneGeom* geom) { return (geom->centre - eye).squaredNorm(); });
     indices_.clear();
     const auto collect = [&](auto wanted) {
@@ -407,6 +364,8 @@ class Renderer::Impl {
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_LEQUAL);
     glClear(GL_DEPTH_BUFFER_BIT);
+    const float aspect = static_cast<float>(width) / static_cast<float>(height);
+    const Matrix4f view = camera_view(scene_, aspect);
     set_uniforms(program, view);
     draw_range(opaque);
     if (floor.count > 0) {
@@ -473,9 +432,7 @@ class Renderer::Impl {
   Sky sky_;
   ShadowView shadow_view_;
   GLuint vertex_array_ = 0, vertex_buffer_ = 0, index_buffer_ = 0;
-  GLuint picture_buffer_ = 0, shadow_buffer_ = 0, shadow_map_ = 0, range_map_ = 0;
-  std::vector<std::uint16_t> depths_;  ///< of the shadow map
-  ShadowRanges ranges_;
+  GLuint picture_buffer_ = 0, shadow_buffer_ = 0, shadow_map_ = 0;
   GLuint shadow_program_ = 0, sky_program_ = 0;
   std::map<std::pair<std::string, bool>, GLuint> programs_;
 };

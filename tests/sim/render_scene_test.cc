@@ -34,18 +34,6 @@ class SceneOf {
     return shadow_view(scene_, triangles, {0, 0, 0.6f}, 2.5f, 1, 2048);
   }
 
-  /// The scene as a camera of the model sees it.
-  const mjvScene& seen_from(mjData* data, int camera_id) {
-    mjvOption option;
-    mjv_defaultOption(&option);
-    mjvCamera camera;
-    mjv_defaultCamera(&camera);
-    camera.type = mjCAMERA_FIXED;
-    camera.fixedcamid = camera_id;
-    mjv_updateScene(model_, data, &option, nullptr, &camera, mjCAT_ALL, &scene_);
-    return scene_;
-  }
-
   SceneTriangles triangles;
 
  private:
@@ -56,31 +44,6 @@ class SceneOf {
 
 constexpr const char* kMovingBlock = R"(<body><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
   <geom type="box" size=".2 .3 .4" pos="0 0 .5"/></body><geom type="cylinder" size=".1 .4" pos=".3 .2 .4"/>)";
-
-TEST(CanBeSeen, IsFalseOnlyWhereNoCornerIsInTheView) {
-  Random random(11);
-  const ModelPtr model = compile_scene(std::string(kFrontCamera) + R"(<body><joint type="slide" axis="1 0 0"/>
-    <joint type="slide" axis="0 1 0"/><joint type="slide" axis="0 0 1"/><geom type="box" size=".2 .3 .4"/></body>)");
-  const DataPtr data = posed_data(model.get());
-  SceneOf scene(model.get());
-  int hidden = 0;
-  for (int i = 0; i < 300; ++i) {
-    for (int axis = 0; axis < 3; ++axis) data->qpos[axis] = random.uniform(-6, 6);
-    (void)scene.shadow(data.get());
-    const Eigen::Matrix4f view = camera_view(scene.seen_from(data.get(), 0), 1.5f);
-    const SceneGeom& box = scene.triangles.geoms.front();
-    bool inside = false;
-    for (std::size_t v = 0; v < box.shape->vertices.size(); ++v) {
-      const auto& p = scene.triangles.vertices[box.first_vertex + v].position;
-      EXPECT_TRUE(box.bounds.contains(Eigen::Vector3f(p[0], p[1], p[2])));
-      const Eigen::Vector4f clip = view * Eigen::Vector4f(p[0], p[1], p[2], 1);
-      inside = inside || clip.head<3>().cwiseAbs().maxCoeff() <= clip.w();
-    }
-    if (!can_be_seen(box, view)) ++hidden;
-    EXPECT_TRUE(!inside || can_be_seen(box, view));
-  }
-  EXPECT_GT(hidden, 100);
-}
 
 TEST(ShadowView, HoldsEveryCasterOfTheStage) {
   StageOptions stage;
