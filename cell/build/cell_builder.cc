@@ -16,6 +16,7 @@
 #include "core/activity/runtime.h"
 #include "core/device/composed_device.h"
 #include "core/device/tool_changer.h"
+#include "core/expression/moving_frames.h"
 #include "core/expression/tool_settings.h"
 #include "core/primitives/cell_solids.h"
 #include "sim/film/render_shapes.h"

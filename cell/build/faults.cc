@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "cell/build/site_devices.h"
 #include "core/base/diagnostics.h"
 
 namespace takt::cell {
