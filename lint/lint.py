@@ -32,8 +32,6 @@ ROOMS = {
 # What still looks upwards. This list only gets shorter.
 UPWARD = {
     ("sim/model/solids.cc", "sim/contact/solid_contact.h"),
-    ("cell/build/command_tape.cc", "cell/run/run_recorder.h"),
-    ("cell/file/description.cc", "cell/build/faults.h"),
 }
 
 

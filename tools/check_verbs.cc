@@ -9,7 +9,7 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
-#include "cell/build/device_kind.h"
+#include "cell/build/device_kind_registry.h"
 #include "cell/run/session.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"

@@ -9,7 +9,10 @@
 #include "cell/build/cell_frames.h"
 #include "cell/build/cell_models.h"
 #include "cell/build/cell_tools.h"
+#include "cell/build/command_tape.h"
+#include "cell/build/device_kind_registry.h"
 #include "cell/build/faults.h"
+#include "cell/build/site_devices.h"
 #include "cell/file/degrees.h"
 #include "cell/file/operator.h"
 #include "cell/file/threaded_objects.h"
@@ -449,7 +452,8 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   constexpr Nanoseconds kNetBudget = 500'000;
   const rcc::ControlCore::Options options{
       .measure = measure_times, .budget = description.realtime ? kNetBudget : 0, .separate = description.site.separate};
-  built.site = std::make_unique<SiteDevices>(description.site, options.period, description.seed);
+  built.commands = std::make_shared<CommandTape>();
+  built.site = std::make_shared<SiteDevices>(description.site, options.period, description.seed);
   built.site->plan(devices, diagnostics);
   for (const ObjectEntry& entry : description.objects) {
     const Eigen::Isometry3d X_WO = frames.truth.pose(entry.name).value_or(Eigen::Isometry3d::Identity());
@@ -505,7 +509,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   check_force_sensor(description.film, built.cell, diagnostics);
   diagnostics.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, diagnostics);
-  add_emergency_stop(description, built, diagnostics);
+  add_emergency_stop(description.faults, built, diagnostics);
   set_tools(simulated, built, diagnostics);
   command::tell_tool_settings(built.cell);  // of arms that have a tool coupled
   built.cell.shapes = cell_shapes(description, simulated, built.cell, diagnostics);

@@ -8,6 +8,7 @@
 #include <mujoco/mujoco.h>
 
 #include "cell/build/cell_builder.h"
+#include "cell/build/topics.h"
 #include "cell/judge/step_window.h"
 #include "cell/replay/recorded_run.h"
 #include "cell/run/film_caption.h"

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/command_tape.h"
+#include "cell/build/site_devices.h"
 #include "cell/file/degrees.h"
 #include "sim/contact/contact_law.h"
 

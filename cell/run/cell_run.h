@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cell/build/faults.h"
+#include "cell/file/description.h"
 #include "cell/judge/contact_log.h"
 #include "cell/judge/expectations.h"
 #include "cell/judge/run_report.h"

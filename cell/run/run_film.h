@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/file/description.h"
 #include "cell/judge/run_report.h"
 #include "cell/run/film_caption.h"

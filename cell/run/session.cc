@@ -6,6 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/cell_builder.h"
+#include "cell/build/command_tape.h"
+#include "cell/build/site_devices.h"
 #include "cell/file/operator.h"
 #include "cell/judge/step_window.h"
 #include "cell/run/cell_picture.h"
