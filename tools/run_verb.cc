@@ -1,3 +1,4 @@
+#include "cell/build/site_devices.h"
 #include "core/base/text_location.h"
 #include "tools/cli.h"
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cell/build/built_cell.h"
+#include "cell/build/device_kind.h"
 #include "cell/file/description.h"
 
 namespace takt::cell {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/cell_builder.h"
 #include "cell/build/command_tape.h"
 #include "cell/build/site_devices.h"
 #include "cell/file/operator.h"
