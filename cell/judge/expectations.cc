@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cell/judge/device_expectations.h"
+#include "cell/judge/limit_monitor.h"
 #include "cell/judge/pair_expectations.h"
 #include "cell/judge/part_expectations.h"
 #include "cell/judge/pose_expectations.h"
