@@ -78,8 +78,7 @@ bool equal_in_constant_time(std::string_view one, std::string_view other) {
   return differ == 0;
 }
 
-bool Access::too_fast(const std::string& peer) {
-  const std::string address = peer.substr(0, peer.rfind(':'));
+bool Access::too_fast(const std::string& address) {
   const auto now = Clock::now();
   if (buckets_.size() >= kBuckets && !buckets_.contains(address)) buckets_.clear();
   const auto [found, is_new] = buckets_.try_emplace(address, Bucket{options_.burst, now});

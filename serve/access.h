@@ -64,7 +64,7 @@ class Access {
     double left = 0.0;
     Clock::time_point filled;
   };
-  [[nodiscard]] bool too_fast(const std::string& peer);
+  [[nodiscard]] bool too_fast(const std::string& address);
 
   Options options_;
   std::map<std::string, Bucket, std::less<>> buckets_;  ///< by address without port

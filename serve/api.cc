@@ -47,7 +47,7 @@ Api::Api(HostedCell& cell, Access access, std::function<void(const std::string& 
   add_command_routes();
   add_channel_routes();
   add_watch_routes();
-  worker_ = std::jthread([this] { work(); });
+  worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
 
 Api::~Api() {
@@ -55,8 +55,7 @@ Api::~Api() {
   for (const auto& [id, watch] : watches_) cell_.core().unwatch(watch);
 }
 
-void Api::work() {
-  const std::stop_token stop = worker_.get_stop_token();
+void Api::work(const std::stop_token& stop) {
   while (true) {
     std::function<void()> job;
     {

@@ -47,7 +47,7 @@ class Api {
   void dispatch(const Route& route, Call& call, const Respond& respond);
   [[nodiscard]] std::optional<HttpResponse> check_need(const Route& route, Call& call);
   void once_only(const Route& route, const Call& call, const std::string& key, const Respond& respond);
-  void work();
+  void work(const std::stop_token& stop);
 
   // api_nets.cc
   void load(const Call& call, const Respond& respond);

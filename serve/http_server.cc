@@ -43,7 +43,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     shared_->open.insert(this);
     beast::error_code error;
     const auto peer = stream_.socket().remote_endpoint(error);
-    if (!error) peer_ = fmt::format("{}:{}", peer.address().to_string(), peer.port());
+    if (!error) peer_ = peer.address().to_string();  // its port changes with each connection
     stream_.socket().set_option(Tcp::no_delay(true), error);
   }
   ~Connection() {

@@ -15,7 +15,7 @@ namespace takt::serve {
 struct HttpRequest {
   std::string method, target, body;
   std::map<std::string, std::string, std::less<>> headers;
-  std::string peer;  ///< address and port of the client, for the log
+  std::string peer;  ///< address of the client
 
   /// Empty if it is not there.
   [[nodiscard]] std::string header(std::string_view name) const;

@@ -168,8 +168,9 @@ TEST(Server, OnlyTheHolderCommandsAndAnybodyStops) {
 TEST(Server, ASilentClientsMotionComesToRestInRealTime) {
   Served served(true);
   Client client = served.client();
-  client.take_lease({{"cycles", 100}});
-  const int net = client.load(Served::motion());
+  const Json motion = Served::motion();  // planned before the lease: silence counts from it on
+  client.take_lease({{"cycles", 400}});
+  const int net = client.load(motion);
   const Answer started = client.post(fmt::format("/v1/nets/{}/start", net));
   ASSERT_EQ(started.status, 202) << started.body;
   const auto patience = std::chrono::steady_clock::now() + 20s;
