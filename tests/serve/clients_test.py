@@ -100,6 +100,9 @@ class Clients(unittest.TestCase):
             time.sleep(0.01)
         self.assertEqual((state["state"], state["cause"]), ("Terminated", "cancelled"), state)
         arm = served.ask("GET", "/v1/arms/arm")[1]["state"]
+        while not arm["at_rest"] and time.monotonic() < deadline:  # it is published after the states of nets
+            time.sleep(0.01)
+            arm = served.ask("GET", "/v1/arms/arm")[1]["state"]
         self.assertTrue(arm["at_rest"])
         self.assertFalse(arm["held"])
         if how == signal.SIGSTOP:  # who wakes up commands nothing any more

@@ -180,7 +180,11 @@ TEST(Server, ASilentClientsMotionComesToRestInRealTime) {
   EXPECT_EQ(state["cause"], "cancelled") << state;
   EXPECT_EQ(client.get("/v1/state").json()["holder"], 0);
   EXPECT_EQ(client.ask("PUT", "/v1/lease").status, 409);
-  const Json arm = client.get("/v1/arms/arm").json()["state"];
+  // What arms do is published after the states of nets.
+  const auto arm_state = [&] { return client.get("/v1/arms/arm").json()["state"]; };
+  while (!arm_state()["at_rest"].get<bool>() && std::chrono::steady_clock::now() < patience)
+    std::this_thread::sleep_for(5ms);
+  const Json arm = arm_state();
   EXPECT_TRUE(arm["at_rest"]);
   EXPECT_FALSE(arm["held"]);
 }
