@@ -122,11 +122,12 @@ void Api::dispatch(const Route& route, Call& call, const Respond& respond) {
 
 void Api::once_only(const Route& route, const Call& given, const std::string& key, const Respond& respond) {
   const std::string whole = fmt::format("{}\n{}\n{}", given.client.name, given.request->target, key);
+  const std::size_t body_hash = std::hash<std::string>()(given.request->body);
   {
     const std::lock_guard lock(mutex_);
     const auto found = kept_.find(whole);
     if (found != kept_.end()) {
-      if (found->second.body != given.request->body)
+      if (found->second.body_hash != body_hash)
         return respond(problem(422, "this key came with another request before"));
       if (!found->second.response) return respond(problem(409, "the first request of this key is not answered yet"));
       return respond(*found->second.response);
@@ -136,7 +137,7 @@ void Api::once_only(const Route& route, const Call& given, const std::string& ke
   if (auto refused = check_need(route, call)) return respond(std::move(*refused));
   {
     const std::lock_guard lock(mutex_);
-    kept_[whole].body = call.request->body;
+    kept_[whole].body_hash = body_hash;
     kept_order_.push_back(whole);
     if (kept_order_.size() > kKeys) {
       kept_.erase(kept_order_.front());

@@ -82,7 +82,7 @@ class Api {
 
   /// An answer that was given to a key, or is still to come.
   struct Kept {
-    std::string body;
+    std::size_t body_hash = 0;  ///< of the request: bodies are long, and 1024 of them are kept
     std::optional<HttpResponse> response;
   };
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/keys_of.h"
 #include "core/base/object_reader.h"
 #include "core/net/value_json.h"
 #include "serve/api.h"
@@ -150,10 +151,8 @@ HttpResponse Api::write_channel(const Call& call) {
   const auto found = channels.find(name);
   Diagnostics diagnostics;
   if (found == channels.end()) {
-    std::vector<std::string> names;
-    for (const auto& [one, channel] : channels) names.push_back(one);
     diagnostics.error(Code::kUnknownName, "", fmt::format("the cell has no channel '{}'", name),
-                      nearest_choice(name, names));
+                      nearest_choice(name, keys_of(channels)));
     return problem(404, "there is no such channel", diagnostics);
   }
   const auto json = read_body(*call.request);

@@ -181,7 +181,7 @@ std::string HttpRequest::header(std::string_view name) const {
   return found == headers.end() ? std::string() : found->second;
 }
 
-struct HttpServer::Impl : std::enable_shared_from_this<Impl> {
+struct HttpServer::Impl {
   std::shared_ptr<Shared> shared = std::make_shared<Shared>();
   Tcp::acceptor acceptor{shared->io};
   std::jthread thread;

@@ -9,8 +9,6 @@
 namespace takt::serve {
 namespace {
 
-bool is_loopback(const std::string& address) { return address.starts_with("127.") || address == "::1"; }
-
 /// An address as it stands in a URL.
 std::string in_url(const std::string& address) {
   return address.find(':') == std::string::npos ? address : "[" + address + "]";
@@ -30,6 +28,8 @@ std::vector<std::string> hosts_of(const Server::Options& options, unsigned short
 }
 
 }  // namespace
+
+bool is_loopback(const std::string& address) { return address.starts_with("127.") || address == "::1"; }
 
 Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& options) {
   if (!is_loopback(options.http.address) && options.tokens.empty())

@@ -40,4 +40,7 @@ class Server {
   std::unique_ptr<HttpServer> http_;
 };
 
+/// Whether only this machine reaches an IP address.
+[[nodiscard]] bool is_loopback(const std::string& address);
+
 }  // namespace takt::serve

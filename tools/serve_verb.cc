@@ -53,7 +53,7 @@ int serve_cell(const ServeArguments& arguments, const Common& common) {
   fmt::print(stderr, "{}", (*cell)->warnings().to_string());
   fmt::print(stderr, "{} at {} ({}); Ctrl-C ends\n", (*cell)->description().title, (*server)->url(),
              arguments.lockstep ? "lock-step" : "real time");
-  if (arguments.address != "127.0.0.1" && arguments.address != "::1")
+  if (!serve::is_loopback(arguments.address))
     fmt::print(stderr, "Warning: other machines can reach this server, and nothing on the way is encrypted\n");
   const cell::RunReport ended = (*cell)->run();
   server->reset();

@@ -16,7 +16,7 @@ namespace takt::rcc {
 /// the cycle and needs no other thread.
 ///
 /// A fence is a number that grows with every grant: a command that carries an older one is recognised as that of a
-/// former holder. Thread: after_cycle() is for the thread that steps the core, everything else for any one thread.
+/// former holder.
 class Lease {
  public:
   static constexpr std::size_t kNets = 256;  ///< of one holder and those before it that have not ended
@@ -24,7 +24,7 @@ class Lease {
   Lease(const Lease&) = delete;
   Lease& operator=(const Lease&) = delete;
 
-  // -- Any one thread. Realtime: setup. ------------------------------------------------------------------------------
+  // -- Any thread, but grant() for one. Realtime: setup. -------------------------------------------------------------
   /// A new holder, in place of the one before, whose nets come to rest.
   /// @param cycles  of silence that are allowed, 1 to 2^31 - 1; 0: any number, for a core that its client steps
   /// @return its fence, from 1 on
