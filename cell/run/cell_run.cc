@@ -245,8 +245,14 @@ void CellRun::tell_of_contacts() {
 void CellRun::tell_news() {
   tell_of_screws();
   tell_of_contacts();
-  constexpr std::int64_t kEvery = 100;  // cycles
-  if (!built_.site->has_drivers() || built_.core->cycle() % kEvery != 0) return;
+  constexpr std::int64_t kEvery = 100;  // cycles; in real time not each of them is looked at
+  const std::int64_t due = built_.core->cycle() / kEvery;
+  if (!built_.site->has_drivers() || due == news_told_) return;
+  news_told_ = due;
+  tell_of_drivers();
+}
+
+void CellRun::tell_of_drivers() {
   for (const std::string& line : built_.site->news()) note("driver", line.substr(0, line.find(':')), line);
 }
 
@@ -381,6 +387,7 @@ void CellRun::look_for_stops() {
 }
 
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
+  if (built_.site->has_drivers()) tell_of_drivers();
   if (!interrupted && !repeats_commands_ && !report_.diagnostics.has_errors()) look_for_stops();
   tell_end(interrupted);
   report_.wall_time = Stopwatch::seconds_since(start_);

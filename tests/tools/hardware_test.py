@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """Driver and emulated controller in two processes, over sockets: what they say, how they end. The interface's cycle is 20 ms,
-so that a busy machine is in time."""
+so that a busy machine is in time; a run that was stopped all the same because somebody came late says nothing of what is
+tested here, and is done again with an emulator of its own."""
+import functools
 import json
 import pathlib
 import random
+import re
 import signal
 import socket
 import subprocess
@@ -30,6 +33,31 @@ def free_port():
         return probe.getsockname()[1]
 
 
+class Late(Exception):
+    """The machine was busy: the core stopped a run, since its cycles or those of the emulated controller came too late."""
+
+
+def again_if_late(test):
+    """Does a test again whose run was late; the fifth time that is a failure like any other."""
+    @functools.wraps(test)
+    def repeated(self):
+        for _ in range(4):
+            try:
+                return test(self)
+            except Late:
+                self.doCleanups()
+                self.setUp()
+        return test(self)
+    return repeated
+
+
+def in_time(text):
+    """What a run has said, if nobody was late. @raises Late"""
+    if re.search(r"\(overrun\)|silent for too long|newest sample is \d+ ms old", text):
+        raise Late(text)
+    return text
+
+
 class TwoProcesses(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -49,9 +77,12 @@ class TwoProcesses(unittest.TestCase):
         return process
 
     def run_takt(self, *arguments):
-        return subprocess.run([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--json", *arguments],
-                              capture_output=True, text=True, timeout=120, cwd=ROOT)
+        run = subprocess.run([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--json", *arguments],
+                             capture_output=True, text=True, timeout=120, cwd=ROOT)
+        in_time(run.stdout)
+        return run
 
+    @again_if_late
     def test_a_program_moves_the_emulated_arm_and_is_refused_when_it_stands_elsewhere(self):
         emulator = self.emulate()
         run = self.run_takt()
@@ -83,9 +114,12 @@ class TwoProcesses(unittest.TestCase):
         return str(file)
 
     def run_with_site(self, site, *arguments):
-        return subprocess.run([TAKT, "run", str(self.file), "--site", site, "--json", *arguments], capture_output=True,
-                              text=True, timeout=120, cwd=ROOT)
+        run = subprocess.run([TAKT, "run", str(self.file), "--site", site, "--json", *arguments], capture_output=True,
+                             text=True, timeout=120, cwd=ROOT)
+        in_time(run.stdout)
+        return run
 
+    @again_if_late
     def test_the_clock_of_the_arm_may_be_the_master(self):
         self.emulate()
         # From half a period off the way is 2.5 s.
@@ -105,6 +139,7 @@ class TwoProcesses(unittest.TestCase):
             errors = [(one["code"], one["file"], one["pointer"]) for one in json.loads(run.stdout)["diagnostics"] if one["severity"] == "error"]
             self.assertIn(("incompatible", str(site), "/master_clock"), errors, backend)
 
+    @again_if_late
     def test_a_driver_that_is_killed_leaves_an_arm_that_stands(self):
         emulator = self.emulate()
         driver = subprocess.Popen([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--set",
@@ -112,18 +147,22 @@ class TwoProcesses(unittest.TestCase):
                                   text=True, cwd=ROOT)
         self.addCleanup(driver.stderr.close)
         self.addCleanup(driver.kill)
+        said = ""
         for line in driver.stderr:
+            said += line
             if "FRI state CMD" in line:
                 break
         time.sleep(1.0)
         driver.kill()
-        driver.wait()
+        said = in_time(said + driver.stderr.read())
+        self.assertEqual(driver.wait(), -signal.SIGKILL, said)
         time.sleep(3.0)
         emulator.send_signal(signal.SIGTERM)
         _, err = emulator.communicate(timeout=30)
         self.assertEqual(emulator.returncode, 0, err)
         self.assertRegex(err, "MON: (20 answers missing in a row|communication quality)")
 
+    @again_if_late
     def test_an_arm_that_was_stopped_moves_again_only_after_somebody_has_reset_it(self):
         emulator = self.emulate()
         emulator.stderr.readline()  # what may be typed
@@ -186,6 +225,7 @@ class UrTerminals(unittest.TestCase):
         ],
     }
 
+    @again_if_late
     def test_outputs_and_inputs_go_over_the_connection_of_the_arm(self):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "cell.json"
@@ -200,6 +240,7 @@ class UrTerminals(unittest.TestCase):
             self.assertIn("EMULATED: arm as rtde", emulator.stderr.readline())
             run = subprocess.run([TAKT, "run", str(file), *backends, "--realtime", "--json"], capture_output=True,
                                  text=True, timeout=120, cwd=ROOT)
+            in_time(run.stdout)
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
             self.assertEqual(json.loads(run.stdout)["site"]["realities"], {"arm": "EMULATED", "io": "EMULATED"})
             emulator.send_signal(signal.SIGINT)
