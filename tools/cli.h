@@ -51,6 +51,7 @@ std::pair<CLI::App*, Verb> add_doctor(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_events(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_export(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_replay(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_serve(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_recover(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_schema(CLI::App& app, Common& common);
 

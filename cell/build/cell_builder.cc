@@ -14,6 +14,7 @@
 #include "cell/build/site_devices.h"
 #include "cell/file/operator.h"
 #include "core/activity/runtime.h"
+#include "core/base/keys_of.h"
 #include "core/device/composed_device.h"
 #include "core/device/tool_changer.h"
 #include "core/expression/moving_frames.h"
@@ -82,11 +83,9 @@ void check_own_forces(LoadedDevices devices, const Site& site, Diagnostics& diag
 
 void check_force_sensor(const FilmEntry& film, const command::Cell& cell, Diagnostics& diagnostics) {
   if (film.force_sensor.empty() || cell.sensors.contains(film.force_sensor)) return;
-  std::vector<std::string> names;
-  for (const auto& [name, sensor] : cell.sensors) names.push_back(name);
   diagnostics.error(Code::kUnknownName, "/film/force_sensor",
                     fmt::format("there is no force/torque sensor '{}'", film.force_sensor),
-                    nearest_choice(film.force_sensor, names));
+                    nearest_choice(film.force_sensor, keys_of(cell.sensors)));
 }
 
 /// The world and the core, still without devices. False: with diagnostics.
