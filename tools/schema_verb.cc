@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cell/faults/faults.h"
 #include "cell/judge/expectations.h"
 #include "core/operations/table/operation.h"
 #include "tools/cli.h"
@@ -56,6 +57,7 @@ Json operation_definitions() {
 int schema() {
   Json definitions = operation_definitions();
   definitions["expectation"] = cell::expectation_schema();
+  definitions["fault"] = cell::fault_schema();
   fmt::print("{}\n", Json{{"definitions", definitions}}.dump(2));
   return kHeld;
 }

@@ -15,7 +15,7 @@ namespace {
 class GripperExpectation final : public Expectation {
  public:
   explicit GripperExpectation(ExpectationReader& from)
-      : gripper_(from.name("gripper", names_in(from.built.cell.grippers))), wanted_(from.choice("is")) {}
+      : gripper_(from.name("gripper", keys_of(from.built.cell.grippers))), wanted_(from.choice("is")) {}
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     const device::Gripper& gripper = *outcome.built.cell.grippers.find(gripper_)->second.device;

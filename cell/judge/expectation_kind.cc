@@ -2,7 +2,7 @@
 
 namespace takt::cell {
 
-std::string ExpectationReader::arm() { return name("arm", names_in(built.cell.arms)); }
+std::string ExpectationReader::arm() { return name("arm", keys_of(built.cell.arms)); }
 
 Key arm_key() { return text_key("arm", "Which arm.").optional("the only one"); }
 Key below_key() { return number_key("below_N", "N", kPositive, "Upper bound."); }

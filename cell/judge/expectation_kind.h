@@ -9,6 +9,8 @@
 #include "cell/judge/expectation.h"
 #include "cell/judge/step_window.h"
 #include "core/base/form.h"
+#include "core/base/keys_of.h"
+#include "core/base/kind_registry.h"
 
 namespace takt::cell {
 
@@ -30,7 +32,12 @@ class ExpectationReader : public FormReader {
 };
 
 /// A kind of expectation: the word in "kind", its keys, and what is made of them.
+/// Ours and those of plug-ins use the same way (docs/tables.md).
 struct ExpectationKind {
+  static constexpr std::string_view kWhat = "expectation";
+  /// Ours are there from the beginning.
+  static KindRegistry<ExpectationKind>& registry();
+
   std::string name;
   Form form;
   std::function<std::unique_ptr<Expectation>(ExpectationReader&)> make;
@@ -48,12 +55,10 @@ template <class E>
 [[nodiscard]] Key within_m_key();
 [[nodiscard]] Key within_deg_key();
 
-/// The names in a map.
-template <class Map>
-[[nodiscard]] std::vector<std::string> names_in(const Map& map) {
-  std::vector<std::string> names;
-  for (const auto& [name, value] : map) names.push_back(name);
-  return names;
-}
+/// Registers a kind of expectation in a plug-in: a function that returns an ExpectationKind.
+///   TAKT_EXPECTATION(cool_expectation);
+#define TAKT_EXPECTATION(function)                                                                              \
+  ::takt::KindRegistration<::takt::cell::ExpectationKind> registration_of_##function(::takt::own_registrations, \
+                                                                                     function())
 
 }  // namespace takt::cell

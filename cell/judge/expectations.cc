@@ -34,33 +34,27 @@ class Named final : public Expectation {
 
 }  // namespace
 
-const std::vector<ExpectationKind>& expectation_kinds() {
-  static const std::vector<ExpectationKind> kinds = [] {
-    std::vector<ExpectationKind> all;
-    for (const auto kind :
-         {belief_expectation,     contact_force_expectation, contacts_expectation,    duration_expectation,
-          estimate_expectation,   event_expectation,         gripper_expectation,     limits_expectation,
-          mean_force_expectation, monitor_expectation,       object_pose_expectation, order_expectation,
-          peak_force_expectation, relative_pose_expectation, repeats_expectation,     screw_expectation,
-          signal_expectation,     step_expectation,          tool_pose_expectation,   value_expectation})
-      all.push_back(kind());
-    return all;
-  }();
+KindRegistry<ExpectationKind>& ExpectationKind::registry() {
+  static KindRegistry<ExpectationKind> kinds(
+      {belief_expectation(),     contact_force_expectation(), contacts_expectation(),    duration_expectation(),
+       estimate_expectation(),   event_expectation(),         gripper_expectation(),     limits_expectation(),
+       mean_force_expectation(), monitor_expectation(),       object_pose_expectation(), order_expectation(),
+       peak_force_expectation(), relative_pose_expectation(), repeats_expectation(),     screw_expectation(),
+       signal_expectation(),     step_expectation(),          tool_pose_expectation(),   value_expectation()});
   return kinds;
 }
 
 Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::vector<ExpectationEntry>& entries,
                                                                     BuiltCell& built, const StepNames& steps) {
-  std::vector<std::string> names;
-  for (const ExpectationKind& kind : expectation_kinds()) names.push_back(kind.name);
+  const auto& kinds = ExpectationKind::registry();
   Diagnostics diagnostics;
   std::vector<std::unique_ptr<Expectation>> expectations;
   for (const ExpectationEntry& entry : entries) {
     ObjectReader object(entry.json, entry.pointer, diagnostics);
     (void)object.text("name", "");
-    (void)object.choice("kind", names);
-    const auto kind = std::ranges::find(expectation_kinds(), entry.kind, &ExpectationKind::name);
-    if (kind == expectation_kinds().end()) continue;
+    (void)object.choice("kind", kinds.names());
+    const ExpectationKind* kind = kinds.find(entry.kind);
+    if (kind == nullptr) continue;
     ExpectationReader from(kind->form, object, built, steps);
     auto expectation = kind->make(from);
     from.check_rules();
@@ -74,7 +68,7 @@ Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::v
 nlohmann::ordered_json expectation_schema() {
   using Json = nlohmann::ordered_json;
   Json names = Json::array(), forms = Json::array();
-  for (const ExpectationKind& kind : expectation_kinds()) {
+  for (const ExpectationKind& kind : ExpectationKind::registry().all()) {
     names.push_back(kind.name);
     Json form = schema_of(kind.form);
     form.erase("type");

@@ -10,9 +10,6 @@
 
 namespace takt::cell {
 
-/// All kinds, in the order of their names.
-[[nodiscard]] const std::vector<ExpectationKind>& expectation_kinds();
-
 /// The schema of an expectation, for schemas/make_schema.py.
 [[nodiscard]] nlohmann::ordered_json expectation_schema();
 

@@ -136,7 +136,7 @@ class MeanForceExpectation final : public BetweenExpectation {
 class PeakForceExpectation final : public Expectation {
  public:
   explicit PeakForceExpectation(ExpectationReader& from)
-      : sensor_(from.name("sensor", names_in(from.built.cell.sensors))), below_N_(from.number("below_N")) {}
+      : sensor_(from.name("sensor", keys_of(from.built.cell.sensors))), below_N_(from.number("below_N")) {}
 
   void step_begins(std::string_view) override { begun_ = true; }
   void watch(const BuiltCell& built) override {

@@ -46,7 +46,7 @@ class EstimateExpectation final : public Expectation {
  public:
   explicit EstimateExpectation(ExpectationReader& from)
       : estimate_(from.text("estimate")),
-        object_(from.name("of", names_in(from.built.cell.objects))),
+        object_(from.name("of", keys_of(from.built.cell.objects))),
         tolerance_(from) {}
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
@@ -172,7 +172,7 @@ ExpectationKind object_pose_expectation() {
           pose_form("The true pose of an object is this close to a pose, at the end or in each cycle of a step.",
                     text_key("object", "Which object.")),
           [](ExpectationReader& from) {
-            const std::string object = from.name("object", names_in(from.built.cell.objects));
+            const std::string object = from.name("object", keys_of(from.built.cell.objects));
             const auto truth = [object](const BuiltCell& now) { return true_pose(now, object); };
             return std::make_unique<TruePoseExpectation>(object, truth, from);
           }};

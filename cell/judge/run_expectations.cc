@@ -61,7 +61,7 @@ std::vector<std::string> monitors_of(const net::NetDescription& net, const std::
 class MonitorExpectation final : public Expectation {
  public:
   explicit MonitorExpectation(ExpectationReader& reader)
-      : net_(reader.name("net", names_in(reader.built.cell.nets))), monitor_(reader.text("monitor")) {
+      : net_(reader.name("net", keys_of(reader.built.cell.nets))), monitor_(reader.text("monitor")) {
     if (const auto* is = reader.object().child("is")) is_ = *is;
     at_least_ = reader.number("at_least", at_least_);
     at_most_ = reader.number("at_most", at_most_);

@@ -56,6 +56,8 @@ void add_type(const Key& key, Json& schema) {
       schema["type"] = "array";
       schema["items"] = kPair;
       return;
+    case Type::kVector:
+      return schema.update({{"type", "array"}, {"minItems", 3}, {"maxItems", 3}, {"items", {{"type", "number"}}}});
     case Type::kObjects:
       schema["type"] = "array";
       schema["minItems"] = key.min_size;
@@ -110,6 +112,9 @@ Key pair_key(std::string name, std::string doc) {
 }
 Key pairs_key(std::string name, std::string doc) {
   return {.name = std::move(name), .type = Key::Type::kPairs, .doc = std::move(doc)};
+}
+Key vector_key(std::string name, std::string unit, std::string doc) {
+  return {.name = std::move(name), .type = Key::Type::kVector, .doc = std::move(doc), .unit = std::move(unit)};
 }
 Key objects_key(std::string name, std::size_t min_size, Form elements, std::string doc) {
   return {.name = std::move(name),
@@ -167,6 +172,11 @@ std::string FormReader::name(std::string_view key, const std::vector<std::string
 std::vector<std::string> FormReader::texts(std::string_view key) {
   (void)row(key);
   return object_.texts(key);
+}
+
+Eigen::Vector3d FormReader::vector(std::string_view key, std::optional<Eigen::Vector3d> absent) {
+  (void)row(key);
+  return object_.vector(key, absent);
 }
 
 void FormReader::check_rules() {

@@ -22,7 +22,7 @@ struct Form;
 
 /// One key of a form. Required unless something else is said.
 struct Key {
-  enum class Type { kNumber, kInteger, kBoolean, kText, kChoice, kTexts, kPairs, kObjects, kAny };
+  enum class Type { kNumber, kInteger, kBoolean, kText, kChoice, kTexts, kPairs, kVector, kObjects, kAny };
   std::string name;
   Type type = Type::kAny;
   std::string doc = {};                       ///< one sentence
@@ -78,6 +78,8 @@ struct Form {
 [[nodiscard]] Key pair_key(std::string name, std::string doc);
 /// A list of pairs of texts.
 [[nodiscard]] Key pairs_key(std::string name, std::string doc);
+/// Three numbers: [x, y, z].
+[[nodiscard]] Key vector_key(std::string name, std::string unit, std::string doc);
 /// A list of objects of one form.
 [[nodiscard]] Key objects_key(std::string name, std::size_t min_size, Form elements, std::string doc);
 /// What its reader reads by itself. @param definition  of the schema; empty: any value
@@ -99,6 +101,7 @@ class FormReader {
   /// A text that is one of these names. If the key may be left out, a single name needs none.
   std::string name(std::string_view key, const std::vector<std::string>& names);
   std::vector<std::string> texts(std::string_view key);
+  Eigen::Vector3d vector(std::string_view key, std::optional<Eigen::Vector3d> absent = {});
 
   [[nodiscard]] bool has(std::string_view key) const { return object_.has(key); }
   [[nodiscard]] std::string at(std::string_view key) const { return object_.at(key); }

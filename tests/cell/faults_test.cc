@@ -1,5 +1,5 @@
 // What happens to the machines of a scenario, whatever its program does.
-#include "cell/build/faults.h"
+#include "cell/faults/faults.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
