@@ -83,7 +83,7 @@ class Cell::Impl {
       : quiet_(options.quiet), setup_(std::move(setup)), models_(library(options)), groups_(options.cooperating) {
     read(find_file(file));
     build();
-    run_.emplace(description_, built_, expectations_, setup_.run);
+    run_.emplace(description_, built_, expectations_, faults_, setup_.run);
     if (!run_->open()) throw OpenError(run_->report().diagnostics);
     activity::Runtime::Options wanted{
         .scheduler = {.latency_cycles = description_.program_latency_cycles, .checks_collisions = true},
@@ -231,6 +231,11 @@ class Cell::Impl {
       } else {
         diagnostics.append(expectations.error());
       }
+      if (auto faults = cell::make_faults(description_.faults, built_)) {
+        faults_ = std::move(*faults);
+      } else {
+        diagnostics.append(faults.error());
+      }
       diagnostics.append(check_operator(description_.operator_script, *built_.core, std::nullopt));
     } else {
       diagnostics.append(built.error());
@@ -332,6 +337,7 @@ class Cell::Impl {
   cell::Description description_;
   cell::BuiltCell built_;
   std::vector<std::unique_ptr<cell::Expectation>> expectations_;
+  std::vector<cell::ScheduledFault> faults_;
   Diagnostics warnings_;
   std::optional<cell::CellRun> run_;
   std::unique_ptr<cell::RealtimeLoop> realtime_;  ///< null: lock-step

@@ -27,7 +27,7 @@ CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion"
 ROOMS = {
     "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "basic"],
     "sim": ["model", "contact", "machines", "world", "film"],
-    "cell": ["file", "build", "judge", "run", "replay"],
+    "cell": ["file", "build", "faults", "judge", "run", "replay"],
 }
 # What still looks upwards. This list only gets shorter.
 UPWARD = {

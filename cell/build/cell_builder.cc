@@ -9,7 +9,6 @@
 #include "cell/build/cell_tools.h"
 #include "cell/build/command_tape.h"
 #include "cell/build/device_kind_registry.h"
-#include "cell/build/faults.h"
 #include "cell/build/simulated_cell.h"
 #include "cell/build/site_devices.h"
 #include "cell/file/operator.h"
@@ -138,7 +137,6 @@ void add_devices(const LoadedCell& loaded, BuiltCell& built, Diagnostics& diagno
   check_force_sensor(description.film, built.cell, diagnostics);
   diagnostics.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, diagnostics);
-  add_emergency_stop(description.faults, built, diagnostics);
 }
 
 }  // namespace

@@ -22,12 +22,13 @@ constexpr Nanoseconds kConnectTime = 5 * kSecond;       // devices of 100 ms wit
 
 }  // namespace
 
-CellRun::CellRun(const Description& description, BuiltCell& built, Expectations expectations, const RunOptions& options)
+CellRun::CellRun(const Description& description, BuiltCell& built, Expectations expectations,
+                 const std::vector<ScheduledFault>& faults, const RunOptions& options)
     : description_(description),
       built_(built),
       expectations_(expectations),
       options_(options),
-      faults_(description.faults, built, description.seed),
+      faults_(faults, built, description.seed, [this](auto kind, auto text) { note("fault", kind, text); }),
       site_watch_(built),
       contacts_(built),
       contact_log_(built),
@@ -123,9 +124,7 @@ bool CellRun::step(const std::string& current) {
   return after_cycle() && look_on(current);
 }
 
-void CellRun::before_cycle() {
-  faults_.apply([this](auto name, auto text) { note("fault", name, text); });
-}
+void CellRun::before_cycle() { faults_.apply(); }
 
 bool CellRun::after_cycle() {
   built_.commands->end_cycle(built_.core->cycle() - 1, built_.core->time() - built_.core->period());

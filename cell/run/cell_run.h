@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cell/build/faults.h"
+#include "cell/faults/faults.h"
 #include "cell/file/description.h"
 #include "cell/judge/contact_log.h"
 #include "cell/judge/expectations.h"
@@ -33,7 +33,8 @@ class CellRun {
   using Expectations = std::span<const std::unique_ptr<Expectation>>;
 
   /// All of them outlive the run.
-  CellRun(const Description& description, BuiltCell& built, Expectations expectations, const RunOptions& options);
+  CellRun(const Description& description, BuiltCell& built, Expectations expectations,
+          const std::vector<ScheduledFault>& faults, const RunOptions& options);
 
   /// Opens recording and film. @return false: it cannot be, and the report says why.
   [[nodiscard]] bool open();

@@ -43,6 +43,7 @@ Diagnostics program_diagnostics(const Description& description, const device::Mo
 /// A cell, and the program as it was played through in it.
 struct PreparedCell {
   BuiltCell built;
+  std::vector<ScheduledFault> faults;
   activity::Program program;
   activity::Rehearsed rehearsed;
   ArmGroups cooperating;  ///< arms that one net of the program drives together
@@ -78,14 +79,19 @@ Result<PreparedCell> prepare_cell(const Description& description, const device::
     built.error().append(program_diagnostics(description, models));
     return std::unexpected(std::move(built.error()));
   }
+  auto faults = make_faults(description.faults, *built);
   auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
-  if (!program) return std::unexpected(std::move(program.error()));
+  if (!program || !faults) {
+    Diagnostics diagnostics = faults ? Diagnostics{} : std::move(faults.error());
+    if (!program) diagnostics.append(program.error());
+    return std::unexpected(std::move(diagnostics));
+  }
   std::vector<activity::RehearsedNet> nets;
   activity::Rehearsed rehearsed =
       program->rehearse(built->cell, &built->core->environment(), built->site->may_pad() ? &nets : nullptr);
   ArmGroups cooperating = cooperating_arms(nets, *built);
-  return PreparedCell{std::move(*built), std::move(*program), std::move(rehearsed), std::move(cooperating),
-                      std::move(warnings)};
+  return PreparedCell{std::move(*built),    std::move(*faults),     std::move(*program),
+                      std::move(rehearsed), std::move(cooperating), std::move(warnings)};
 }
 
 /// Which arms cooperate is known once the program has been played: if they are not equally late, the cell is built anew
@@ -137,7 +143,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   };
   auto prepared = prepare_padded_cell(description, models, measure_times);
   if (!prepared) return refuse(std::move(prepared.error()));
-  auto& [built, program, rehearsed, cooperating, warnings] = *prepared;
+  auto& [built, faults, program, rehearsed, cooperating, warnings] = *prepared;
   auto expectations = make_expectations(description.expectations, built, program.names());
   Diagnostics& diagnostics = rehearsed.diagnostics;
   if (!description.image.empty()) {
@@ -162,6 +168,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   auto session = std::unique_ptr<Session>(new Session(std::move(description), std::move(program), std::move(built)));
   session->models_ = library;
   session->expectations_ = std::move(*expectations);
+  session->faults_ = std::move(faults);
   session->warnings_ = std::move(read);
   session->planned_duration_ = rehearsed.duration;
   session->meanwhile_ = std::move(rehearsed.meanwhile);
@@ -176,7 +183,7 @@ class Session::Run {
   Run(Session& session, const RunOptions& options)
       : session_(session),
         options_(options),
-        run_(session.description_, session.built_, session.expectations_, options),
+        run_(session.description_, session.built_, session.expectations_, session.faults_, options),
         realtime_(options.realtime ? realtime_loop(session.built_, options) : nullptr),
         context_{session.built_.cell,
                  *session.built_.core,
@@ -336,7 +343,7 @@ std::vector<activity::RehearsedNet> Session::nets() const {
 }
 
 RunReport Session::run_commands(const record::Recording& recording, std::int64_t cycles, const RunOptions& options) {
-  CellRun run(description_, built_, {}, options);
+  CellRun run(description_, built_, {}, faults_, options);
   run.repeat_commands();
   run.report().diagnostics.append(built_.commands->play(recording));
   if (run.report().diagnostics.has_errors() || !run.open()) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cell/build/built_cell.h"
+#include "cell/faults/faults.h"
 #include "cell/file/description.h"
 #include "cell/judge/expectations.h"
 #include "cell/judge/run_report.h"
@@ -72,6 +73,7 @@ class Session {
   activity::Program program_;
   BuiltCell built_;
   std::vector<std::unique_ptr<Expectation>> expectations_;
+  std::vector<ScheduledFault> faults_;
   Diagnostics warnings_;
   double planned_duration_ = 0.0;
   std::shared_ptr<const activity::MeanwhileSpaces> meanwhile_;  ///< what the rehearsal found for its moves

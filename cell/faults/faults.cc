@@ -1,0 +1,82 @@
+#include "cell/faults/faults.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "cell/faults/fault_kinds.h"
+
+namespace takt::cell {
+namespace {
+
+constexpr Range kFaultTime{.low = 0.0, .high = 3600.0};
+
+}  // namespace
+
+KindRegistry<FaultKind>& FaultKind::registry() {
+  static KindRegistry<FaultKind> kinds({device_fault(), emergency_stop_fault(), push_fault(), release_fault(),
+                                        reset_fault(), sensor_fault(), stop_fault(), tool_changer_fault()});
+  return kinds;
+}
+
+Result<std::vector<ScheduledFault>> make_faults(const std::vector<FaultEntry>& entries, BuiltCell& built) {
+  Diagnostics diagnostics;
+  std::vector<ScheduledFault> faults;
+  for (const FaultEntry& entry : entries) {
+    ObjectReader object(entry.json, entry.pointer, diagnostics);
+    (void)object.number("at_s", {}, kFaultTime);
+    (void)object.choice("do", FaultKind::registry().names(), FaultEntry::kDefaultKind);
+    const FaultKind* kind = FaultKind::registry().find(entry.kind);
+    if (kind == nullptr) continue;
+    FaultReader from(kind->form, object, built);
+    faults.push_back({.at = entry.at, .fault = kind->make(from)});
+    from.check_rules();
+    object.finish();
+  }
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  return faults;
+}
+
+nlohmann::ordered_json fault_schema() {
+  using Json = nlohmann::ordered_json;
+  Json names = Json::array(), forms = Json::array();
+  for (const FaultKind& kind : FaultKind::registry().all()) {
+    names.push_back(kind.name);
+    Json form = schema_of(kind.form);
+    form.erase("type");
+    // What every kind has is described once, below.
+    for (const char* key : {"at_s", "do"}) form["properties"][key] = true;
+    Json chosen{{"properties", {{"do", {{"const", kind.name}}}}}};
+    if (kind.name != FaultEntry::kDefaultKind) chosen["required"] = Json::array({"do"});
+    forms.push_back({{"if", std::move(chosen)}, {"then", std::move(form)}});
+  }
+  return {{"type", "object"},
+          {"description", "A fault, or an action of a person at the cabinet, at a given time."},
+          {"required", Json::array({"at_s"})},
+          {"properties",
+           {{"at_s",
+             {{"type", "number"},
+              {"minimum", kFaultTime.low},
+              {"maximum", kFaultTime.high},
+              {"description", "Simulated time, s."}}},
+            {"do", {{"enum", names}, {"default", FaultEntry::kDefaultKind}, {"description", "Kind of the fault."}}}}},
+          {"allOf", forms}};
+}
+
+void Faults::apply() {
+  scene_.circuit.begin_cycle();
+  const Nanoseconds now = scene_.built.core->time();
+  for (; next_ < faults_.size() && faults_[next_].at <= now; ++next_) {
+    Fault& fault = *faults_[next_].fault;
+    fault.begin(scene_);
+    if (fault.duration) lasting_.push_back({.fault = &fault, .until = now + *fault.duration});
+  }
+  std::erase_if(lasting_, [&](const Lasting& one) {
+    if (one.until > now) return false;
+    one.fault->end(scene_);
+    return true;
+  });
+  scene_.circuit.end_cycle();
+}
+
+}  // namespace takt::cell
