@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "cell/build/cell_builder.h"
+#include "cell/faults/faults.h"
 #include "core/device/device_file.h"
 #include "tests/support/limit_oracle.h"
 
@@ -35,6 +36,7 @@ class PairTest : public testing::TestWithParam<const char*> {
     auto cell = build_cell(*description, device::ModelLibrary({"models"}), false, warnings);
     EXPECT_TRUE(cell) << cell.error().to_string();
     built = std::make_unique<BuiltCell>(std::move(*cell));
+    EXPECT_TRUE(make_faults(description->faults, *built)) << "they bring the latch";
     program = std::make_unique<activity::Runtime>(*built->core, built->cell, [this] { cycle(); });
     for (int i = 0; i < 5; ++i) cycle();
     built->emergency_stop->set_reset(true);
