@@ -14,8 +14,8 @@ namespace takt::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using activity::Operation;
-using activity::ParameterInfo;
+using operations::Operation;
+using operations::ParameterInfo;
 
 /// "required", "default 0.05", or "optional".
 std::string default_text(const ParameterInfo& one) {
@@ -115,7 +115,7 @@ struct Arguments {
 int operations(const Arguments& arguments, const Common& common) {
   std::vector<const Operation*> chosen;
   std::vector<std::string> names;
-  for (const Operation& operation : activity::Operations::global().all()) {
+  for (const Operation& operation : operations::Operations::global().all()) {
     names.emplace_back(operation.name);
     if (arguments.name.empty() || arguments.name == operation.name) chosen.push_back(&operation);
   }

@@ -12,8 +12,8 @@ namespace takt::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using activity::Operation;
-using activity::ParameterInfo;
+using operations::Operation;
+using operations::ParameterInfo;
 
 Json reference(std::string_view definition) { return {{"$ref", fmt::format("#/definitions/{}", definition)}}; }
 
@@ -41,7 +41,7 @@ Json schema_of_operation(const Operation& operation) {
 /// value of "do".
 Json operation_definitions() {
   Json definitions = Json::object(), steps = Json::array(), commands = Json::array(), chosen = Json::array();
-  for (const Operation& operation : activity::Operations::global().all()) {
+  for (const Operation& operation : operations::Operations::global().all()) {
     definitions[std::string(operation.name)] = schema_of_operation(operation);
     if (operation.read_step != nullptr) steps.push_back(operation.name);
     if (operation.read_command != nullptr) commands.push_back(operation.name);

@@ -12,7 +12,7 @@
 #include "core/device/device_file.h"
 #include "core/device/screwdriver.h"
 #include "core/device/signal.h"
-#include "core/device/thread.h"
+#include "core/device/screw_thread.h"
 #include "sim/machines/screwdriver.h"
 #include "sim/model/from_model.h"
 
@@ -67,7 +67,7 @@ class ScrewdriverKind final : public DeviceKind {
     return dynamic_cast<const ScrewdriverDescription&>(model).X_MT;
   }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     for (const char* name : kTurnOutputs) cell.digital_outputs[entry.name + "/" + name];
     for (const char* name : kSetOutputs) cell.analog_outputs[entry.name + "/" + name];
     for (const char* name : kStateInputs) cell.digital_inputs[entry.name + "/" + name];

@@ -324,7 +324,7 @@ void SiteDevices::add_to(rcc::Digest& digest) const {
   }
 }
 
-std::string SiteDevices::waiting_for(const command::Cell& cell) const {
+std::string SiteDevices::waiting_for(const expression::Cell& cell) const {
   for (const auto& [name, slow] : arms_) {
     if (!cell.arms.at(name).device->ready()) return name;
   }
@@ -343,7 +343,7 @@ std::string SiteDevices::waiting_for(const command::Cell& cell) const {
   return {};
 }
 
-std::string SiteDevices::why_waiting(const std::string& device, const command::Cell& cell) const {
+std::string SiteDevices::why_waiting(const std::string& device, const expression::Cell& cell) const {
   if (drivers_.contains(device)) {
     const device::Arm& arm = *cell.arms.at(device).device;
     return arm.has_sample() ? arm.fault_text()

@@ -83,7 +83,7 @@ class OneDeviceFault : public Fault {
   DeviceFault wrong_;
 };
 
-std::vector<std::string> names_of_readings(const command::Cell& cell) {
+std::vector<std::string> names_of_readings(const expression::Cell& cell) {
   std::vector<std::string> names;
   const auto add = [&](const auto& devices) {
     for (const auto& [name, device] : devices) names.push_back(name);
@@ -122,7 +122,7 @@ class SensorFault final : public OneDeviceFault {
   }
 };
 
-std::vector<std::string> names_of_connections(const command::Cell& cell) {
+std::vector<std::string> names_of_connections(const expression::Cell& cell) {
   std::vector<std::string> names;
   for (const auto& [name, arm] : cell.arms) names.push_back(name);
   for (const auto& [name, gripper] : cell.grippers) names.push_back(name);

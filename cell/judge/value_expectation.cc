@@ -14,10 +14,10 @@
 namespace takt::cell {
 namespace {
 
-using activity::EvalContext;
-using activity::Type;
-using activity::Value;
-using activity::ValueTemplate;
+using program::EvalContext;
+using program::Type;
+using program::Value;
+using program::ValueTemplate;
 
 constexpr double kEverything = std::numeric_limits<double>::infinity();
 
@@ -141,7 +141,7 @@ class ValueExpectation final : public Expectation {
   std::string text_, unit_;
   ValueTemplate value_;
   const activity::Variables* variables_ = nullptr;  ///< of the run
-  command::ContactReaders readers_;
+  expression::ContactReaders readers_;
   std::int64_t cycles_ = 0, known_ = 0, unknown_ = 0, within_ = 0;
   double sum_ = 0.0, least_ = kEverything, greatest_ = -kEverything;
 };

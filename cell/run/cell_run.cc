@@ -103,7 +103,7 @@ std::string CellRun::why_waiting(const std::string& device) const {
 /// not.
 bool CellRun::starts_where_assumed() {
   for (const auto& [name, driver] : built_.site->arm_drivers()) {
-    const command::MountedArm& arm = built_.cell.arms.at(name);
+    const expression::MountedArm& arm = built_.cell.arms.at(name);
     const device::JointVector& q = arm.device->sample().q;
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       if (std::abs(q[i] - arm.start[i]) <= arm.device->description().start_tolerance) continue;

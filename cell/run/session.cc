@@ -35,8 +35,8 @@ void check_estimates(const Description& description, const std::set<std::string,
 /// Errors of form in the program of a cell that cannot be built.
 Diagnostics program_diagnostics(const Description& description, const device::ModelLibrary& models) {
   if (!description.program.is_object()) return {};
-  const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models),
-                                                &description.programs);
+  const auto program = program::Program::parse(description.program, "/program", names_of_cell(description, models),
+                                               &description.programs);
   return program ? Diagnostics{} : program.error();
 }
 
@@ -44,14 +44,14 @@ Diagnostics program_diagnostics(const Description& description, const device::Mo
 struct PreparedCell {
   BuiltCell built;
   std::vector<ScheduledFault> faults;
-  activity::Program program;
-  activity::Rehearsed rehearsed;
+  program::Program program;
+  program::Rehearsed rehearsed;
   ArmGroups cooperating;  ///< arms that one net of the program drives together
   Diagnostics warnings;
 };
 
 /// Wholes count by their parts.
-ArmSet arms_of(const net::CompiledNet& net, const command::Cell& cell) {
+ArmSet arms_of(const net::CompiledNet& net, const expression::Cell& cell) {
   ArmSet arms;
   for (const net::Resource* claim : net.claims()) {
     const auto* arm = dynamic_cast<const device::Arm*>(claim);
@@ -60,9 +60,9 @@ ArmSet arms_of(const net::CompiledNet& net, const command::Cell& cell) {
   return arms;
 }
 
-ArmGroups cooperating_arms(const std::vector<activity::RehearsedNet>& nets, BuiltCell& built) {
+ArmGroups cooperating_arms(const std::vector<operations::RehearsedNet>& nets, BuiltCell& built) {
   ArmGroups groups;
-  for (const activity::RehearsedNet& rehearsed : nets) {
+  for (const operations::RehearsedNet& rehearsed : nets) {
     const auto net = net::CompiledNet::compile(rehearsed.net, built.core->environment());
     if (!net) continue;  // the rehearsal has reported it
     ArmSet arms = arms_of(**net, built.cell);
@@ -80,14 +80,14 @@ Result<PreparedCell> prepare_cell(const Description& description, const device::
     return std::unexpected(std::move(built.error()));
   }
   auto faults = make_faults(description.faults, *built);
-  auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
+  auto program = program::Program::parse(description.program, "/program", built->cell, &description.programs);
   if (!program || !faults) {
     Diagnostics diagnostics = faults ? Diagnostics{} : std::move(faults.error());
     if (!program) diagnostics.append(program.error());
     return std::unexpected(std::move(diagnostics));
   }
-  std::vector<activity::RehearsedNet> nets;
-  activity::Rehearsed rehearsed =
+  std::vector<operations::RehearsedNet> nets;
+  program::Rehearsed rehearsed =
       program->rehearse(built->cell, &built->core->environment(), built->site->may_pad() ? &nets : nullptr);
   ArmGroups cooperating = cooperating_arms(nets, *built);
   return PreparedCell{std::move(*built),    std::move(*faults),     std::move(*program),
@@ -264,7 +264,7 @@ class Session::Run {
     }
     do {
       const Stopwatch watch(options_.measure_times, run_.report().timing.program);
-      if (runner_.advance() != activity::Progress::kRunning) return false;
+      if (runner_.advance() != operations::Progress::kRunning) return false;
     } while (answered());
     return true;
   }
@@ -272,7 +272,7 @@ class Session::Run {
   /// In single steps: somebody decides about the step that would begin. @return false: none would
   bool answered() {
     if (runner_.asking().empty()) return false;
-    const activity::AskingStep& step = runner_.asking().front();
+    const program::AskingStep& step = runner_.asking().front();
     NextStep next{step.name, step.pointer, to_seconds(session_.built_.core->time()), {}};
     auto known = runner_.variables();
     for (const auto& [place, variable] : known) {
@@ -328,16 +328,16 @@ class Session::Run {
   CellRun run_;
   std::unique_ptr<RealtimeLoop> realtime_;  ///< null: lock-step
   activity::Context context_;
-  activity::ProgramRunner runner_;
+  program::ProgramRunner runner_;
   Operator operator_;
   bool cancelled_ = false;
-  bool connected_ = false;                                       ///< in real time: all devices are there
-  std::string current_;                                          ///< in real time: what runs, for who looks on
-  std::map<std::string, activity::ProgramRunner::Known> known_;  ///< variables when a step was asked for last
+  bool connected_ = false;                                      ///< in real time: all devices are there
+  std::string current_;                                         ///< in real time: what runs, for who looks on
+  std::map<std::string, program::ProgramRunner::Known> known_;  ///< variables when a step was asked for last
 };
 
-std::vector<activity::RehearsedNet> Session::nets() const {
-  std::vector<activity::RehearsedNet> nets;
+std::vector<operations::RehearsedNet> Session::nets() const {
+  std::vector<operations::RehearsedNet> nets;
   (void)program_.rehearse(built_.cell, nullptr, &nets);
   return nets;
 }
