@@ -61,6 +61,17 @@ void Client::tell(std::string line) {
   if (news_.size() < kNewsKept) news_.push_back(std::move(line));
 }
 
+void Client::keep_refusal(std::string why) {
+  if (!why.empty()) tell(why);
+  const std::scoped_lock lock(news_mutex_);
+  refusal_ = std::move(why);
+}
+
+std::string Client::refusal() const {
+  const std::scoped_lock lock(news_mutex_);
+  return refusal_;
+}
+
 std::vector<std::string> Client::news() {
   const std::scoped_lock lock(news_mutex_);
   return std::exchange(news_, {});
@@ -96,6 +107,7 @@ void Client::keep_connected(Nanoseconds now) {
   if (open_) return;
   open_ = true;
   refused_ = false;
+  keep_refusal({});
   ++counts_.connections;
   due_ = now;
   publish();
@@ -109,6 +121,7 @@ void Client::poll() {
   if (parser_.broken()) lose(now, "what answers does not speak Modbus TCP");
   if (reset_.exchange(false) && open_) {
     interrupted_ = refused_ = false;
+    keep_refusal({});
     tell("reset");
   }
   if (open_ && !refused_ && now >= next_due()) {
@@ -165,9 +178,9 @@ void Client::handle(const Frame& frame, Nanoseconds now) {
   if (!answer) {
     const std::string why(answer.error().exception ? name_of(*answer.error().exception) : "an answer of another form");
     const bool probe = request.function == Function::kReadCoils || request.function == Function::kReadHoldingRegisters;
-    tell(fmt::format("function {} on addresses {} to {} refused: {}; check '{}' of the site, and unit {}",
-                     static_cast<int>(request.function), request.address, request.address + request.count - 1, why,
-                     probe ? "digital_outputs" : part_of(request.function).setting, options_.map.unit));
+    keep_refusal(fmt::format("function {} on addresses {} to {} refused: {}; check '{}' of the site, and unit {}",
+                             static_cast<int>(request.function), request.address, request.address + request.count - 1,
+                             why, probe ? "digital_outputs" : part_of(request.function).setting, options_.map.unit));
     refused_ = true;
     requests_.clear();
     asked_ = 0;

@@ -63,6 +63,8 @@ class Client {
   void reset() { reset_ = true; }
   [[nodiscard]] static std::string fault_text(std::uint32_t fault);
   [[nodiscard]] std::vector<std::string> news();
+  /// As of DeviceDriver.
+  [[nodiscard]] std::string refusal() const;
 
   // -- The driver's thread -------------------------------------------------------------------------------------------
   /// Takes what has come, and sends what is due.
@@ -109,6 +111,8 @@ class Client {
   [[nodiscard]] device::GripperState state();
   [[nodiscard]] bool holds() const;
   void tell(std::string line);
+  /// Tells it, and keeps it until the device is tried again; empty: it is.
+  void keep_refusal(std::string why);
 
   ClientOptions options_;
   std::shared_ptr<const device::GripperDescription> description_;
@@ -119,8 +123,9 @@ class Client {
   NewestSlot<device::GripperSetPoint> commands_;
   NewestSlot<device::GripperSample> samples_;
   std::atomic<bool> reset_ = false;
-  std::mutex news_mutex_;  // of news_ alone: the cycle never takes it
+  mutable std::mutex news_mutex_;  // of news_ and refusal_ alone: the cycle never takes it
   std::vector<std::string> news_;
+  std::string refusal_;
 
   // The connection
   ByteLink link_;

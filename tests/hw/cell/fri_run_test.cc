@@ -122,6 +122,25 @@ TEST(FriRun, TheSameSeedGivesTheSameDigestOverABadWire) {
   EXPECT_NE(a.report.digest, c.report.digest);
 }
 
+/// Of the device, in the report of a run.
+DeviceTiming timing_of(const Driven& driven, std::string_view device) {
+  const auto& devices = driven.report.site.devices;
+  const auto found = std::ranges::find(devices, device, &DeviceTiming::device);
+  EXPECT_NE(found, devices.end()) << device;
+  return found == devices.end() ? DeviceTiming{} : *found;
+}
+
+TEST(FriRun, TheReportCountsWhatTheWireDidToSamples) {
+  const Driven good = run(kTouch, {"arm=fri"}), bad = run(kTouch, {"arm=fri:virtual,loss=5%,repeat=2%,drift=80ppm"});
+  EXPECT_EQ(timing_of(good, "arm").lost, 0u);
+  EXPECT_EQ(timing_of(good, "arm").repeated, 0u);
+  const DeviceTiming arm = timing_of(bad, "arm");
+  EXPECT_GT(arm.lost, 10u);
+  EXPECT_GT(arm.repeated, 3u);
+  EXPECT_NEAR(arm.drift_ppm, 80.0, 40.0);
+  EXPECT_EQ(timing_of(bad, "wrist").lost, 0u) << "simulated";
+}
+
 TEST(FriRun, AnArmOfSixJointsAndADeviceThatIsNoArmAreRefused) {
   hw::add_own_drivers();
   Site site;

@@ -8,6 +8,7 @@
 
 #include "cell/run/session.h"
 #include "hw/drivers.h"
+#include "tests/support/reports.h"
 
 namespace takt::cell {
 namespace {
@@ -92,6 +93,12 @@ TEST(RtdeRun, TheSameSeedGivesTheSameDigest) {
   const UrRun a = run_ur({"arm=rtde:virtual,jitter=1ms"}), b = run_ur({"arm=rtde:virtual,jitter=1ms"});
   ASSERT_EQ(a.report.verdict, Verdict::kPassed) << a.report.diagnostics.to_string();
   EXPECT_EQ(a.report.digest, b.report.digest);
+}
+
+TEST(RtdeRun, TheVerdictSaysWhatTheDriverRefusedAndWhy) {
+  const UrRun run = run_ur({"arm=rtde:virtual,robot=UR10"});
+  EXPECT_EQ(run.report.verdict, Verdict::kError);
+  EXPECT_THAT(run.report.diagnostics, takt::test::Reports(Code::kDeviceFault, "", {"arm", "UR5", "UR10"}));
 }
 
 TEST(RtdeRun, SettingsThatCannotBeAreRefused) {
