@@ -141,6 +141,13 @@ TEST(FriRun, TheReportCountsWhatTheWireDidToSamples) {
   EXPECT_EQ(timing_of(bad, "wrist").lost, 0u) << "simulated";
 }
 
+TEST(FriRun, StatesOnTheWayUpAreNoErrors) {
+  const Driven fri = run(kTouch, {"arm=fri"});
+  ASSERT_EQ(fri.report.verdict, Verdict::kPassed) << fri.report.diagnostics.to_string();
+  for (const LogEntry& entry : fri.report.log) EXPECT_LT(entry.level, LogLevel::kWarning) << to_text(entry);
+  EXPECT_TRUE(std::ranges::any_of(fri.report.log, [](const LogEntry& entry) { return entry.name == "starting"; }));
+}
+
 TEST(FriRun, AnArmOfSixJointsAndADeviceThatIsNoArmAreRefused) {
   hw::add_own_drivers();
   Site site;

@@ -95,6 +95,12 @@ TEST(RtdeRun, TheSameSeedGivesTheSameDigest) {
   EXPECT_EQ(a.report.digest, b.report.digest);
 }
 
+TEST(RtdeRun, StatesOnTheWayUpAreNoErrors) {
+  const UrRun run = run_ur({"arm=rtde"});
+  ASSERT_EQ(run.report.verdict, Verdict::kPassed) << run.report.diagnostics.to_string();
+  for (const LogEntry& entry : run.report.log) EXPECT_LT(entry.level, LogLevel::kWarning) << to_text(entry);
+}
+
 TEST(RtdeRun, TheVerdictSaysWhatTheDriverRefusedAndWhy) {
   const UrRun run = run_ur({"arm=rtde:virtual,robot=UR10"});
   EXPECT_EQ(run.report.verdict, Verdict::kError);
