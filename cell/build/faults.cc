@@ -246,6 +246,7 @@ void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) 
     if (!fault.arm.empty() && fault.arm != name) continue;
     sim::SimArm& machine = *built_.world->arm(name);
     stops ? machine.stop(fault.category) : machine.release_brakes();
+    if (!stops && built_.site) built_.site->reset(name);
   }
   if (fault.kind != FaultKind::kReset || built_.emergency_stop == nullptr) return;
   brakes_at_.reset();

@@ -394,4 +394,8 @@ std::vector<std::string> SiteDevices::news() {
   return news;
 }
 
+void SiteDevices::reset(const std::string& device) {
+  if (const auto driver = all_drivers_.find(device); driver != all_drivers_.end()) driver->second->reset();
+}
+
 }  // namespace takt::cell

@@ -89,6 +89,8 @@ class SiteDevices {
   }
   /// Some device has a driver.
   [[nodiscard]] bool has_drivers() const { return !all_drivers_.empty(); }
+  /// Resets the driver of a device, if it has one: after a stop it may accept commands again. Any thread.
+  void reset(const std::string& device);
   /// Why a device that waiting_for() names does not become ready; empty: it does not say.
   /// Thread of news().
   [[nodiscard]] std::string why_waiting(const std::string& device, const command::Cell& cell) const;

@@ -1,11 +1,13 @@
 #include "core/device/arm.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "core/kinematics/chain.h"
 #include "core/net/format_text.h"
 
 namespace takt::device {
@@ -21,6 +23,16 @@ bool usable(const ArmSample& sample, int joint_count) {
 
 /// Cycles of a device after which a sample must show what was asked for a device cycle ago, its age included.
 constexpr int kAnswerCycles = 5;
+
+/// A machine has to be off for so long: one wrong sample stops nothing.
+constexpr int kCyclesOff = 3;
+
+/// Beside the declared delays: controllers smooth what they are told, and trail behind it.
+constexpr Nanoseconds kTrailing = 100 * kMillisecond;
+
+Nanoseconds following_window(const ArmDescription& description, const BackendTiming& timing) {
+  return kTrailing + timing.driver_delay + timing.dead_time + std::max(timing.sample_age, description.sample_age_max);
+}
 
 /// Loads within 1 g and 0.1 mm are one.
 std::optional<net::Text> tool_mismatch(const ToolSetting& was, const ToolSetting& wanted) {
@@ -57,6 +69,7 @@ Arm::Arm(std::string name, std::shared_ptr<const ArmDescription> description, st
       backend_(std::move(backend)),
       period_(period),
       guard_(description_->limits, to_seconds(period)),
+      following_(description_->following_error, following_window(*description_, backend_->timing()), period),
       compliance_share_(static_cast<double>(period) / static_cast<double>(description_->impedance.ramp)) {}
 
 void Arm::propose(const JointVector& q, const JointVector& dq, const JointVector& ddq) {
@@ -86,6 +99,7 @@ void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
   const bool other_mode = has_sample_ && cycle_ >= mode_due_ && sample_.mode != mode_;
   if (!ready()) {
     phase_ = Phase::kNotReady;
+    following_.clear();
   } else if (phase_ == Phase::kChanging) {
     look_at_change();
   } else if (other_mode && phase_ != Phase::kNotReady) {
@@ -98,6 +112,7 @@ void Arm::begin_cycle(std::int64_t cycle, Nanoseconds time) {
 }
 
 void Arm::stand_in(ControlMode mode) {
+  following_.clear();
   mode_ = mode;
   mode_due_ = 0;
   compliance_ = description_->impedance.standard(mode);
@@ -351,10 +366,26 @@ std::optional<net::Text> Arm::find_wrong_mode() const {
   return find_fault(proposed_compliance_, last, range, compliance_share_);
 }
 
+/// Only stiff arms are where they are sent; one that gives way may be anywhere.
+std::optional<net::Text> Arm::find_following_error() {
+  const bool stiff = mode_ == ControlMode::kPosition && sample_.mode == ControlMode::kPosition && has_sample_;
+  const auto error = stiff ? following_.check(sample_.q) : std::nullopt;
+  cycles_off_ = error ? cycles_off_ + 1 : 0;
+  if (cycles_off_ < kCyclesOff) return std::nullopt;
+  const bool slides = description_->chain && description_->chain->is_prismatic(error->joint);
+  return net::format_text("joint {}: does not follow, {:.3g} {} off its set points ({:.3g} at most)",
+                          description_->joint_names[static_cast<std::size_t>(error->joint)], error->error,
+                          slides ? "m" : "rad", following_.bound());
+}
+
 std::optional<net::Text> Arm::check() {
-  if (phase_ != Phase::kFollowing) return std::nullopt;
-  std::optional<net::Text> trip;
-  if (const auto violation = find_violation()) trip = describe(*violation, description_->joint_names);
+  if (phase_ != Phase::kFollowing) {
+    cycles_off_ = 0;
+    return std::nullopt;
+  }
+  std::optional<net::Text> trip = find_following_error();
+  if (const auto violation = find_violation(); violation && !trip)
+    trip = describe(*violation, description_->joint_names);
   if (!trip) trip = find_wrong_mode();
   if (trip) stop();
   return trip;
@@ -426,6 +457,7 @@ void Arm::continue_braking() {
 void Arm::send(const motion::JointSample& state) {
   const ArmSetPoint set_point{.cycle = cycle_, .stamp = time_, .q = state.q, .dq = state.dq, .ddq = state.ddq};
   guard_.sent(set_point);
+  mode_ == ControlMode::kPosition ? following_.sent(state.q) : following_.clear();
   call_border([&] {
     if (mode_ != ControlMode::kPosition) backend_->write_compliance(compliance_);
     backend_->write(set_point);

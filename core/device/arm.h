@@ -9,6 +9,7 @@
 #include "core/device/brake_ramp.h"
 #include "core/device/description.h"
 #include "core/device/device.h"
+#include "core/device/following_monitor.h"
 #include "core/device/guard.h"
 #include "core/net/primitive.h"
 
@@ -111,6 +112,7 @@ class Arm final : public Actuator {
   void begin_braking();
   [[nodiscard]] std::optional<Violation> find_violation() const;
   [[nodiscard]] std::optional<net::Text> find_wrong_mode() const;
+  [[nodiscard]] std::optional<net::Text> find_following_error();
   [[nodiscard]] bool away_from_set_point() const;
   [[nodiscard]] bool stands_by_itself() const;
   /// Where the device says that it is told to be, else where it is measured.
@@ -128,6 +130,8 @@ class Arm final : public Actuator {
   std::shared_ptr<ArmBackend> backend_;
   Nanoseconds period_;
   Guard guard_;
+  FollowingMonitor following_;
+  int cycles_off_ = 0;  ///< in a row in which the arm did not follow
   ToolSetting tool_;
 
   std::int64_t cycle_ = 0;

@@ -47,6 +47,7 @@ void ArmReader::read() {
   check_home();
   read_held_joints();
   arm_.start_tolerance = reader_.number("start_tolerance_rad", 0.01, kPositive);
+  arm_.following_error = reader_.number("following_error_rad", arm_.following_error, kPositive);
   arm_.payload_max = reader_.number("payload_max_kg", 0.0, kNotNegative);
   arm_.payload_rated = reader_.number("payload_rated_kg", arm_.payload_max, {.low = 0.0, .high = arm_.payload_max});
   read_times();

@@ -45,6 +45,7 @@ class BaseReader {
     const bool plane = base_.chain != nullptr && moves_in_plane();
     base_.home = JointVector::Zero(3);
     base_.start_tolerance = reader_.number("start_tolerance_m", 0.01, kPositive);
+    base_.following_error = reader_.number("following_error_m", base_.following_error, kPositive);
     base_.payload_max = reader_.number("payload_max_kg", 0.0, kNotNegative);
     parts_.read_times();
     read_limits(plane);

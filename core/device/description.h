@@ -63,6 +63,7 @@ struct ArmDescription : ModelDescription {
   double payload_max = 0.0;            ///< kg; 0: not told
   double payload_rated = 0.0;          ///< kg: with it torque limits leave full accelerations nearly everywhere
   double start_tolerance = 0.01;       ///< rad or m: how far measured and assumed start may lie apart (row S5)
+  double following_error = 0.1;        ///< rad or m: how far measured and sent positions may lie apart, delays left out
   Nanoseconds cycle = kMillisecond;    ///< of the device
   Nanoseconds sample_age_max = 20 * kMillisecond;  ///< older samples count as absent (row T2): 20 device cycles
 };

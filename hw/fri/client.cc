@@ -190,7 +190,7 @@ device::ArmPacket Client::packet(const Measurement& m, std::int64_t step) const 
   sample.commanded = held(m);
   sample.mode = mode_of(m.control);
   sample.changing_mode = supervisor_.changing();
-  sample.braked = m.power == 0;
+  sample.braked = !drives_on(m);
   const Fault fault = supervisor_.fault(m);
   sample.ready = fault == Fault::kNone && !supervisor_.changing();
   sample.fault = supervisor_.changing() ? 0 : static_cast<std::uint32_t>(fault);
@@ -212,7 +212,7 @@ void Client::take_wrench(const Measurement& m, Nanoseconds instant) {
 
 /// While it may not be moved the arm is told to be where it is told to be: command state begins without a step.
 Joints Client::next_position(const Measurement& m, const std::optional<device::ArmAnswer>& answer) {
-  const bool commands = m.state == State::kCommand && m.power != 0;
+  const bool commands = m.state == State::kCommand && drives_on(m);
   if (commands && ramp_begin_ >= 0)
     return ramp_.sample(static_cast<double>(seen_.cycle - ramp_begin_) * to_seconds(options_.cycle)).q;
   ramp_begin_ = -1;

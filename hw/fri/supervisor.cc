@@ -13,7 +13,7 @@ std::string_view text_of(Fault fault) {
     case Fault::kFellBack:
       return "the controller fell back to monitor state: read its message, then reset";
     case Fault::kDrivesOff:
-      return "the drives have no power: check enabling switch, operating mode and emergency stops";
+      return "not all drives have power: check enabling switch, operating mode and emergency stops";
     case Fault::kRobotError:
       return "the controller reports errors of drives: read its messages";
     case Fault::kCycle:
@@ -109,7 +109,7 @@ Fault Supervisor::fault(const Measurement& m) const {
   if (wrong_cycle(m)) return Fault::kCycle;
   if (m.error != 0) return Fault::kRobotError;
   if (m.state != State::kCommand) return Fault::kMonitor;
-  if (m.power == 0) return Fault::kDrivesOff;
+  if (!drives_on(m)) return Fault::kDrivesOff;
   return m.control == request_.control ? Fault::kNone : Fault::kControl;
 }
 

@@ -13,7 +13,7 @@ enum class Fault : std::uint32_t {
   kNone,
   kMonitor,      ///< monitor state: KRL has not started command state
   kFellBack,     ///< the controller went from command to monitor state by itself
-  kDrivesOff,    ///< command state, but the drives have no power
+  kDrivesOff,    ///< command state, but not all drives have power
   kRobotError,   ///< the controller reports errors of drives
   kCycle,        ///< the controller's cycle is another one than the site says
   kControl,      ///< it is in another control mode than was asked for

@@ -44,7 +44,7 @@ int Client::receive(std::string_view bytes) {
   }
   if (parser_.broken() && state_ != State::kRefused)
     refuse(Code::kIncompatible, "what answers sends no RTDE packages",
-           "give the address of the controller, with its port 30004");
+           "Give the address of the controller, with its port 30004");
   return data;
 }
 
@@ -84,7 +84,7 @@ void Client::handle_protocol(std::string_view payload) {
   if (!is_yes(payload)) {
     if (protocol_ == 1)
       return refuse(Code::kIncompatible, "the controller knows neither version 2 nor version 1 of RTDE",
-                    "update its software to 3.4 or newer");
+                    "Update its software to 3.4 or newer");
     protocol_ = 1;
     return ask_protocol();
   }
@@ -95,14 +95,15 @@ void Client::handle_protocol(std::string_view payload) {
 void Client::handle_version(std::string_view payload) {
   const auto version = decode_version(payload);
   if (!version)
-    return refuse(Code::kIncompatible, "the controller's version cannot be read", "is there a UR controller?");
+    return refuse(Code::kIncompatible, "the controller's version cannot be read",
+                  "Check that a UR controller has this address");
   version_ = *version;
   if (version_.major != 3 && version_.major != 5)
     return refuse(Code::kIncompatible, fmt::format("the controller has software {}", to_string(version_)),
-                  "this driver knows CB3 (3.x) and e-Series (5.x)");
+                  "Use a controller with software 3.x (CB3) or 5.x (e-Series)");
   if (version_.major == request_.oldest.major && version_ < request_.oldest)
     return refuse(Code::kIncompatible, fmt::format("the controller has software {}", to_string(version_)),
-                  fmt::format("update it to {} or newer", to_string(request_.oldest)));
+                  fmt::format("Update it to {} or newer", to_string(request_.oldest)));
   output_names_ = request_.outputs;
   places_.resize(output_names_.size());
   for (std::size_t i = 0; i < places_.size(); ++i) places_[i] = i;
@@ -135,7 +136,8 @@ void Client::handle_setup(std::string_view payload) {
   const auto reply = decode_setup_reply(payload, inputs || protocol_ >= 2);
   if (!reply || !check_words(*reply, table, wanted()) || problems_.has_errors()) {
     if (!problems_.has_errors())
-      refuse(Code::kIncompatible, "the answer to a set-up cannot be read", "is there a UR controller?");
+      refuse(Code::kIncompatible, "the answer to a set-up cannot be read",
+             "Check that a UR controller has this address");
     state_ = State::kRefused;
     return;
   }
@@ -160,7 +162,7 @@ bool Client::check_words(const SetupReply& reply, const FieldTable& table, const
     if (field == nullptr || reply.words[i] != name_of(field->type)) complain_about(reply.words[i], field, names[i]);
   }
   if (reply.id == 0 && !problems_.has_errors())
-    problems_.error(Code::kIncompatible, {}, "the controller refuses the list of fields", "See its log");
+    problems_.error(Code::kIncompatible, {}, "the controller refuses the list of fields", "See the controller's log");
   return true;
 }
 
@@ -175,7 +177,7 @@ void Client::complain_about(std::string_view word, const Field* field, const std
         Code::kUnknownName, {}, fmt::format("the controller ({}) has no field '{}'", to_string(version_), name),
         since.major > 0
             ? fmt::format("Update the controller (the field came with {}), or use registers=lower", to_string(since))
-            : std::string("this series does not have it"));
+            : std::string("Leave out what needs it: this series does not have the field"));
   } else {
     problems_.error(Code::kTypeMismatch, {}, fmt::format("the controller says that '{}' is {}", name, word),
                     field != nullptr
@@ -185,7 +187,8 @@ void Client::complain_about(std::string_view word, const Field* field, const std
 }
 
 void Client::handle_start(std::string_view payload) {
-  if (!is_yes(payload)) return refuse(Code::kIncompatible, "the controller does not start to send", "see its log");
+  if (!is_yes(payload))
+    return refuse(Code::kIncompatible, "the controller does not start to send", "See the controller's log");
   step_ = Step::kDone;
   state_ = State::kRunning;
 }

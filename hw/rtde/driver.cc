@@ -54,25 +54,36 @@ JointVector joints(const FieldValue& value) {
   return q;
 }
 
+/// Whether the controller's state is the cause, so that the fault ends with it.
+bool is_state_fault(DriverFault fault) {
+  return fault == DriverFault::kProtectiveStop || fault == DriverFault::kSafetyStop ||
+         fault == DriverFault::kNotRunning;
+}
+
 struct FaultText {
   DriverFault fault;
   std::string_view text;
 };
-constexpr std::array<FaultText, 13> kFaultTexts = {
+constexpr std::array<FaultText, 15> kFaultTexts = {
     {{DriverFault::kNotConnected, "the controller does not answer: check its address, the cable and its firewall"},
      {DriverFault::kRefused, "the controller is not the one that was expected"},
      {DriverFault::kNotRunning, "the robot has no power, or its brakes are closed: power it on and release the brakes"},
      {DriverFault::kProtectiveStop, "protective stop: find its cause, then unlock it on the pendant"},
      {DriverFault::kSafetyStop, "a safety stop: release the emergency stop or the safeguard, then power the robot on"},
      {DriverFault::kOtherProgram, "another program runs on the controller: stop it there"},
-     {DriverFault::kProgramStopped, "the program was stopped at the controller: acknowledge, or restart"},
+     {DriverFault::kProgramStopped,
+      "the program was stopped at the controller: find out why, then reset the arm or run again"},
      {DriverFault::kProgramFailed,
       "the program did not start: is the controller in remote control, and is its log free of errors?"},
-     {DriverFault::kPackagesMissing, "the controller heard nothing for too long and stopped the arm"},
+     {DriverFault::kPackagesMissing,
+      "the controller heard nothing for too long and stopped the arm: reset the arm or run again"},
      {DriverFault::kPaused, "the program is paused at the controller: resume it there"},
      {DriverFault::kPayload, "the controller uses another payload than the one that was set: check the installation"},
      {DriverFault::kStarting, "the program is being started"},
-     {DriverFault::kFreedrive, "the arm is led by hand"}}};
+     {DriverFault::kFreedrive, "the arm is led by hand"},
+     {DriverFault::kConnectionLost,
+      "the connection to the controller was lost: check the cable and the controller, then reset the arm or run again"},
+     {DriverFault::kResetMissing, "the robot may move again: reset the arm or run again"}}};
 
 }  // namespace
 
@@ -229,6 +240,7 @@ void Driver::begin_connecting() {
   client_ = Client(request_for(options_, block_.get()));
   dashboard_.reset();
   model_known_ = payload_sent_ = false;
+  timestamp_ = -1.0;
   set_stage(Stage::kConnecting);
   for (const auto& [link, port] :
        {std::pair{&rtde_link_, kRtde}, {&dashboard_link_, kDashboard}, {&script_link_, kSecondary}})
@@ -243,11 +255,13 @@ void Driver::begin_connecting() {
 }
 
 void Driver::lose_connection(const std::string& why) {
-  if (stage_ != Stage::kApart) tell("connection lost: " + why);
+  const bool was_there = stage_ != Stage::kApart && stage_ != Stage::kConnecting;
+  if (stage_ != Stage::kApart) tell((was_there ? "connection lost: " : "no connection: ") + why);
+  if (was_there || wire_fault_ != DriverFault::kConnectionLost)
+    wire_fault_ = was_there ? DriverFault::kConnectionLost : DriverFault::kNotConnected;
+  fault_ = wire_fault_;
   for (hw::ByteLink* link : {&rtde_link_, &dashboard_link_, &script_link_}) link->close();
-  wire_fault_ = fault_ = DriverFault::kNotConnected;
-  if (block_) block_->lose(static_cast<std::uint32_t>(DriverFault::kNotConnected));
-  may_upload_ = true;
+  if (block_) block_->lose(static_cast<std::uint32_t>(fault_));
   set_stage(Stage::kApart);
 }
 
@@ -326,13 +340,27 @@ void Driver::receive() {
   // Of a burst only the newest package is answered.
   if (packages > 0) {
     counts_.packages += static_cast<std::uint64_t>(packages);
-    if (now() - last_package_ > kLinkGap) last_gap_ = now();
-    take_package();
-    last_package_ = now();
+    if (is_new_package()) {
+      if (now() - last_package_ > kLinkGap) last_gap_ = now();
+      take_package();
+      last_package_ = now();
+    }
   }
   const auto state = rtde_link_.state();
   if (state != hw::ByteLink::State::kOpen) return lose_connection(rtde_link_.error());
   if (stage_ != Stage::kRefused && now() - last_package_ > kSilence) lose_connection("no packages");
+}
+
+/// A package with the time of the one before is a repetition. It is neither answered nor a sign of life, since a
+/// controller that hangs may send its last state for ever.
+bool Driver::is_new_package() {
+  const double timestamp = value(kTimestamp)[0];
+  if (timestamp != timestamp_) {
+    timestamp_ = timestamp;
+    return true;
+  }
+  if (counts_.repeated++ == 0) tell("the controller repeats packages; repetitions are ignored");
+  return false;
 }
 
 void Driver::take_package() {
@@ -375,18 +403,17 @@ DriverFault Driver::state_fault() const {
 void Driver::step_program() {
   watch_echo();
   const auto runtime = static_cast<RuntimeState>(integer(kRuntimeState));
-  if (acknowledged_.exchange(false)) may_upload_ = true;
+  if (reset_.exchange(false)) may_upload_ = true;
   if (runtime == RuntimeState::kStopped && stage_ != Stage::kStreaming) uploaded_ = false;
   if (const DriverFault fault = state_fault(); fault != DriverFault::kNone) {
-    // Somebody has to look after the robot: that is reset enough for the program to begin anew.
     fault_ = fault;
-    may_upload_ = true;
     return set_stage(Stage::kWaiting);
   }
   if (stage_ == Stage::kStreaming) return step_streaming(runtime);
   if (stage_ == Stage::kWaiting) return step_waiting(runtime);
   if (runtime == RuntimeState::kPlaying && alive() && echo_age_ == 0) {
     uploaded_ = true;
+    may_upload_ = false;  // what ends it from now on is looked into first
     set_stage(Stage::kStreaming);
   } else if (now() - stage_since_ > kStartTime) {
     fault_ = DriverFault::kProgramFailed;
@@ -416,6 +443,8 @@ void Driver::step_waiting(RuntimeState runtime) {
     fault_ = may_upload_ ? DriverFault::kStarting : DriverFault::kProgramStopped;  // it has ended
   } else if (may_upload_ && !held_.load()) {
     upload();
+  } else if (!may_upload_ && is_state_fault(fault_)) {
+    fault_ = DriverFault::kResetMissing;  // the state that was the cause is over
   }
 }
 
@@ -425,7 +454,6 @@ void Driver::note_stop() {
   const bool silent = now() - last_gap_ < kGapTime;
   const bool other = static_cast<RuntimeState>(integer(kRuntimeState)) == RuntimeState::kPlaying;
   fault_ = other ? DriverFault::kOtherProgram : silent ? DriverFault::kPackagesMissing : DriverFault::kProgramStopped;
-  may_upload_ = silent && !other;
   uploaded_ = false;
   tell(fault_text(static_cast<std::uint32_t>(fault_)));
   set_stage(Stage::kWaiting);

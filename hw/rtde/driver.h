@@ -49,13 +49,15 @@ enum class DriverFault : std::uint32_t {
   kProtectiveStop,
   kSafetyStop,       ///< emergency stop, safeguard stop, violation, fault
   kOtherProgram,     ///< somebody else's program runs
-  kProgramStopped,   ///< ours was stopped at the controller: acknowledge()
+  kProgramStopped,   ///< ours was stopped at the controller: reset()
   kProgramFailed,    ///< ours did not start
   kPackagesMissing,  ///< the program on the controller heard nothing for too long and braked
   kPaused,
   kPayload,  ///< the controller counts with another payload than it was told
   kStarting,
-  kFreedrive
+  kFreedrive,
+  kConnectionLost,  ///< it was there; reset() once it is back
+  kResetMissing     ///< the robot could move again, but nobody has called reset()
 };
 
 /// What was measured of a driver; counters only grow.
@@ -65,6 +67,7 @@ struct DriverCounts {
   std::uint64_t connections = 0;  ///< attempts
   std::uint64_t uploads = 0;      ///< of the program
   std::uint64_t misshapen = 0;    ///< packages that were not as agreed
+  std::uint64_t repeated = 0;     ///< packages with the time of the one before: they say nothing new
   int loop_delay = 0;             ///< packages between what was sent and what the program followed last
 };
 
@@ -72,8 +75,8 @@ struct DriverCounts {
 /// interface for the program that it uploads. Everything of the wire happens in poll(), which one thread calls; the
 /// functions of ArmBackend are for the cycle and wait-free, but for set_payload().
 ///
-/// The program is uploaded only while no net holds the arm. When somebody stops it at the controller, it is not
-/// uploaded again until acknowledge(), or until power or a safety stop was reset there.
+/// The program is uploaded only while no net holds the arm. After it has run and ended, whatever the cause (somebody at
+/// the controller, a safety stop, a lost connection), it is uploaded again only after reset().
 class Driver : public device::ArmDriver {
  public:
   /// @param network, clock  outlive the driver
@@ -112,8 +115,8 @@ class Driver : public device::ArmDriver {
 
   // -- People, any thread
   // ----------------------------------------------------------------------------------------------
-  /// A stop at the controller was looked into: the program may be uploaded again.
-  void acknowledge() { acknowledged_.store(true); }
+  /// The cause of a stop was looked into: the program may be uploaded again.
+  void reset() override { reset_.store(true); }
   /// The arm can be led by hand; only while no net holds it.
   void set_freedrive(bool on) { freedrive_wanted_.store(on); }
 
@@ -135,6 +138,7 @@ class Driver : public device::ArmDriver {
   void step_dashboard();
   void check_answer(const DashboardClient::Answer& answer);
   void receive();
+  [[nodiscard]] bool is_new_package();
   void take_package();
   void watch_echo();
   void step_program();
@@ -171,6 +175,7 @@ class Driver : public device::ArmDriver {
   Client client_;
   DashboardClient dashboard_;
   Stage stage_ = Stage::kApart;
+  double timestamp_ = -1.0;  ///< s, of the newest package; -1: none since the connection was made
   Nanoseconds stage_since_ = 0, last_package_ = 0, last_gap_ = -kSecond * 3600;
   bool model_known_ = false, may_upload_ = true;
   DriverFault fault_ = DriverFault::kNotConnected;
@@ -185,7 +190,7 @@ class Driver : public device::ArmDriver {
   // What the cycle and people ask for.
   /// Why nothing comes over the wire; kNone while packages do.
   std::atomic<DriverFault> wire_fault_ = DriverFault::kNotConnected;
-  std::atomic<bool> held_ = false, brake_ = false, acknowledged_ = false, freedrive_wanted_ = false;
+  std::atomic<bool> held_ = false, brake_ = false, reset_ = false, freedrive_wanted_ = false;
   NewestSlot<device::PayloadSetting> payload_slot_;
   bool payload_told_ = false, payload_sent_ = false;
   Nanoseconds payload_since_ = 0;

@@ -111,6 +111,25 @@ class ArmConformance : public testing::TestWithParam<ArmUnderTest> {
     cycles(1);
   }
 
+  void expect_noticed(const std::function<void(device::ArmSample&)>& falsify) {
+    wait_until_ready();
+    if (arm->mode() != device::ControlMode::kPosition) GTEST_SKIP() << "one that gives way may be anywhere";
+    cycles(600);
+    const Swing swing = swing_for(0, 0.8);
+    const Nanoseconds there = swing.begin * kPeriod + static_cast<Nanoseconds>(1e9 * swing.law.duration());
+    rig->tap->falsify = falsify;
+    for (int i = 0; i < 6000 && trips.empty() && !arm->lost(); ++i) {
+      cycle([&] {
+        const motion::JointSample at = swing.at(std::min(k * kPeriod, there));
+        arm->propose(at.q, at.dq, at.ddq);
+      });
+    }
+    EXPECT_TRUE(arm->lost() || !trips.empty());
+    if (trips.empty()) return;
+    EXPECT_THAT(trips.front(), testing::HasSubstr("follow"));
+    EXPECT_EQ(arm->phase(), device::Arm::Phase::kBraking);
+  }
+
   /// What the drives were told since `from`, against the limits. Jerk is the business of their interpolator.
   void expect_told_within_limits(std::size_t from) const {
     const auto list = [](const Vector& v) { return std::vector<double>(v.begin(), v.end()); };
@@ -304,7 +323,26 @@ TEST_P(ArmConformance, T2_ASilentDeviceIsAbsentPastItsMaximumAge) {
   }
   EXPECT_LE(held * kPeriod, arm->description().sample_age_max + 2 * kPeriod);
   rig->tap->silent = false;
+  rig->release();  // a controller may have stopped for want of answers
   wait_until_ready();
+}
+
+// -- A machine that does not follow: whoever notices, the driver's controller or the core, its nets end
+
+TEST_P(ArmConformance, AMachineThatStandsStillEndsItsNets) {
+  expect_noticed([q = Vector()](device::ArmSample& sample) mutable {
+    if (q.size() == 0) q = sample.q;
+    sample.q = q;
+    sample.dq.setZero();
+  });
+}
+
+TEST_P(ArmConformance, AMachineThatJumpsEndsItsNets) {
+  expect_noticed([](device::ArmSample& sample) { sample.q[0] += 0.3; });
+}
+
+TEST_P(ArmConformance, AMachineThatDriftsEndsItsNets) {
+  expect_noticed([off = 0.0](device::ArmSample& sample) mutable { sample.q[0] -= (off += 1e-3); });
 }
 
 TEST_P(ArmConformance, PayloadIsBelieved) {

@@ -18,7 +18,11 @@ class ArmTap final : public device::ArmBackend {
   explicit ArmTap(std::shared_ptr<device::ArmBackend> behind) : behind_(std::move(behind)) {}
 
   void set_held(bool held) override { behind_->set_held(held); }
-  bool read(device::ArmSample& sample) override { return !silent && behind_->read(sample); }
+  bool read(device::ArmSample& sample) override {
+    if (silent || !behind_->read(sample)) return false;
+    if (falsify) falsify(sample);
+    return true;
+  }
   void write(const device::ArmSetPoint& set_point) override {
     told.push_back(set_point);
     behind_->write(set_point);
@@ -33,6 +37,7 @@ class ArmTap final : public device::ArmBackend {
 
   std::vector<device::ArmSetPoint> told;
   bool silent = false;
+  std::function<void(device::ArmSample&)> falsify;  ///< what the machine does instead of following
 
  private:
   std::shared_ptr<device::ArmBackend> behind_;

@@ -28,6 +28,7 @@ struct ControllerOptions {
   bool running = true;                ///< begins with brakes open; else without power
   bool remote_control = true;         ///< e-Series accept programs only so
   Nanoseconds uptime = 60 * kSecond;  ///< what its clock shows at the beginning; clients take less for booting
+  int fresh_packages = 0;             ///< a fault: RTDE repeats a package after so many new ones; 0: never
 };
 
 /// What the joints do, as the controller measures it.
@@ -62,6 +63,9 @@ class Controller {
   Controller& operator=(const Controller&) = delete;
 
   [[nodiscard]] const ControllerOptions& options() const { return options_; }
+  /// A fault: from now on RTDE sends the package that it sent last, over and over.
+  void set_stuck(bool stuck) { stuck_ = stuck; }
+  [[nodiscard]] bool stuck() const { return stuck_; }
   [[nodiscard]] bool is_e_series() const { return options_.version.major >= 5; }
   /// Of the control cycle.
   [[nodiscard]] Nanoseconds cycle() const { return kSecond / options_.version.frequency(); }
@@ -128,6 +132,7 @@ class Controller {
   void set_joints(std::string_view name, const JointVector& values);
 
   ControllerOptions options_;
+  bool stuck_ = false;
   PowerState power_;
   Motion motion_;
   Terminals io_;

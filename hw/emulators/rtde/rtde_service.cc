@@ -45,14 +45,25 @@ class RtdeService::Client final : public Session {
       ++service_.counts_.left_out;
       return;
     }
-    std::string payload;
-    if (protocol_ >= 2) append(payload, outputs_->id);
-    for (const FieldTable::Id id : outputs_->fields)
-      append_value(payload, output_fields()[id].type, controller().fields()[id]);
-    append_package(out(), PackageType::kData, payload);
+    if (!repeats()) {
+      payload_.clear();
+      if (protocol_ >= 2) append(payload_, outputs_->id);
+      for (const FieldTable::Id id : outputs_->fields)
+        append_value(payload_, output_fields()[id].type, controller().fields()[id]);
+    }
+    append_package(out(), PackageType::kData, payload_);
   }
 
  private:
+  /// Whether a fault of the controller makes it send the package of before in place of a new one.
+  [[nodiscard]] bool repeats() {
+    if (payload_.empty()) return false;
+    if (controller().stuck()) return true;
+    const int limit = controller().options().fresh_packages;
+    if (limit == 0 || fresh_++ < limit) return false;
+    fresh_ = 0;
+    return true;
+  }
   [[nodiscard]] Controller& controller() const { return service_.controller_; }
   [[nodiscard]] const Version& version() const { return controller().options().version; }
 
@@ -181,6 +192,8 @@ class RtdeService::Client final : public Session {
   PackageParser parser_;
   int protocol_ = 1;
   bool started_ = false;
+  std::string payload_;      ///< of the newest package of data
+  int fresh_ = 0;            ///< packages since the last repetition
   std::uint64_t every_ = 1;  // frames between two packages
   std::optional<Recipe> outputs_;
   std::vector<Recipe> inputs_;

@@ -79,6 +79,9 @@ struct Measurement {
   Joints gravity = Joints::Zero();                                                                 ///< Nm
 };
 
+/// Whether all seven drives have power; with any of them off the arm stands. Bits beyond the seven drives do not count.
+[[nodiscard]] inline bool drives_on(const Measurement& m) { return (m.power & kAllDrives) == kAllDrives; }
+
 /// Which parts of a command count.
 enum CommandFlag : std::uint32_t {
   kJointPosition = 0x0001,

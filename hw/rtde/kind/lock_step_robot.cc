@@ -72,4 +72,9 @@ void LockStepRobot::serve(Nanoseconds now) {
   driver_.poll();
 }
 
+void LockStepRobot::reset() {
+  (void)robot_.controller().power().unlock();
+  driver_.reset();
+}
+
 }  // namespace takt::hw::rtde

@@ -27,6 +27,9 @@ class LockStepRobot final : public device::ArmDriver {
   void write(const device::ArmSetPoint& set_point) override { driver_.write(set_point); }
   void set_payload(const device::PayloadSetting& payload) override;
   void brake() override { driver_.brake(); }
+  /// Who resets the arm in a scenario looks after its robot, too: a protective stop is unlocked, where that is allowed
+  /// yet.
+  void reset() override;
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override { return driver_.fault_text(fault); }
   [[nodiscard]] device::BackendTiming timing() const override { return driver_.timing(); }
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return driver_.force_torque(); }

@@ -107,6 +107,22 @@ TEST(RtdeRun, TheVerdictSaysWhatTheDriverRefusedAndWhy) {
   EXPECT_THAT(run.report.diagnostics, takt::test::Reports(Code::kDeviceFault, "", {"arm", "UR5", "UR10"}));
 }
 
+/// The arm stops while nothing holds it; `faults` say what else happens before it is to move.
+std::string stopped_before_a_motion(const std::string& faults) {
+  return R"({
+    "devices": {"arm": {"model": "ur5", "at": {"in": "world"}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "wait", "seconds": 9}, {"do": "lin", "to": {"by_m": [0, 0.05, -0.05]}}]},
+    "faults": [{"at_s": 1, "do": "stop", "category": 1})" +
+         faults + "]}";
+}
+
+TEST(RtdeRun, WhoResetsAnArmInAScenarioResetsItsDriver) {
+  const UrRun reset = run_ur({"arm=rtde"}, 1, stopped_before_a_motion(R"(, {"at_s": 7, "do": "release"})"));
+  EXPECT_EQ(reset.report.verdict, Verdict::kPassed) << reset.report.diagnostics.to_string();
+  EXPECT_EQ(run_ur({"arm=rtde"}, 1, stopped_before_a_motion("")).report.verdict, Verdict::kError);
+}
+
 TEST(RtdeRun, SettingsThatCannotBeAreRefused) {
   hw::add_own_drivers();
   for (const auto& [setting, text] : std::vector<std::pair<std::string, std::string>>{

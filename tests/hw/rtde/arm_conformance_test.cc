@@ -33,8 +33,11 @@ struct RtdeRig final : ArmRig {
     tracking = 1e-6;
     speed_noise = 1e-3;
   }
-  /// Somebody powers the robot on again.
-  void release() override { robot->robot().controller().power().release_brakes(); }
+  /// Somebody powers the robot on again and resets the driver.
+  void release() override {
+    robot->robot().controller().power().release_brakes();
+    robot->reset();
+  }
 
   std::shared_ptr<hw::rtde::LockStepRobot> robot;
 };

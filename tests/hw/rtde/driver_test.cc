@@ -90,6 +90,17 @@ class DriverBench {
   std::vector<std::string> trips;
 };
 
+/// Whatever the cause was: until somebody resets the driver, no program is uploaded.
+void expect_rest_until_reset(DriverBench& bench) {
+  const auto uploads = bench.robot->driver().counts().uploads;
+  bench.run(3000);
+  EXPECT_TRUE(bench.arm.lost()) << "no start without a reset";
+  EXPECT_EQ(bench.robot->driver().counts().uploads, uploads);
+  EXPECT_THAT(bench.fault(), HasSubstr("reset the arm"));
+  bench.robot->driver().reset();
+  bench.run(500);
+}
+
 /// Nothing moves until a net is started; then it does.
 void expect_rest_then_motion(DriverBench& bench) {
   const auto stands = bench.ideal->state().q;
@@ -122,8 +133,10 @@ TEST(RtdeDriver, ACutCableStopsTheArmAndNothingResumes) {
   EXPECT_LT(bench.speed(), 1e-6) << "the program on the controller brakes by itself";
   EXPECT_TRUE(bench.arm.lost());
   EXPECT_FALSE(bench.controller().programs().running()) << "its watchdog has stopped it";
+  bench.run(1000);
+  EXPECT_THAT(bench.fault(), HasSubstr("connection to the controller was lost"));
   bench.robot->network().set_cut(false);
-  bench.run(500);
+  expect_rest_until_reset(bench);
   expect_rest_then_motion(bench);
   EXPECT_EQ(bench.robot->driver().counts().uploads, 2u);
 }
@@ -138,7 +151,7 @@ TEST(RtdeDriver, AFrozenDriverStopsTheArm) {
   EXPECT_LT(bench.speed(), 1e-6);
   EXPECT_FALSE(bench.controller().programs().running());
   bench.robot->frozen = false;
-  bench.run(200);
+  expect_rest_until_reset(bench);
   expect_rest_then_motion(bench);
 }
 
@@ -154,6 +167,32 @@ TEST(RtdeDriver, AShortSilenceIsBridged) {
   bench.run(500);
   EXPECT_FALSE(bench.arm.lost()) << bench.fault();
   EXPECT_GT(bench.speed(), 0.01);
+}
+
+/// Every fourth package is the one before once more.
+TEST(RtdeDriver, RepeatedPackagesAreIgnoredAndTold) {
+  DriverBench bench({}, {.fresh_packages = 3});
+  ASSERT_TRUE(bench.wait_until_ready()) << bench.fault();
+  bench.begin_swing();
+  bench.run(3000);
+  EXPECT_FALSE(bench.arm.lost()) << bench.fault();
+  EXPECT_GT(bench.speed(), 0.01);
+  EXPECT_GT(bench.robot->driver().counts().repeated, 50u);
+  const auto lines = bench.robot->news();
+  EXPECT_EQ(std::ranges::count_if(lines, [](const auto& line) { return line.contains("repeats packages"); }), 1);
+}
+
+/// A controller that hangs may send its last state for ever.
+TEST(RtdeDriver, AControllerThatOnlyRepeatsItsStateIsLost) {
+  DriverBench bench;
+  ASSERT_TRUE(bench.wait_until_ready());
+  bench.begin_swing();
+  bench.run(1600);
+  bench.controller().set_stuck(true);
+  bench.run(1000);
+  EXPECT_TRUE(bench.arm.lost());
+  EXPECT_THAT(bench.fault(), HasSubstr("connection to the controller was lost"));
+  EXPECT_NEAR(bench.speed(), 0.0, 1e-3);
 }
 
 /// TCP loses nothing: what is lost on the cable comes late. TAKT_LOSS_MINUTES=60 makes it an hour.
@@ -181,10 +220,11 @@ TEST(RtdeDriver, AControllerThatRestartsMovesNothing) {
   bench.run(300);
   EXPECT_TRUE(bench.arm.lost());
   bench.run(3000);
+  expect_rest_until_reset(bench);
   expect_rest_then_motion(bench);
 }
 
-TEST(RtdeDriver, AProtectiveStopIsReportedAndResetAtTheRobot) {
+TEST(RtdeDriver, AProtectiveStopIsReportedAndEndsWithUnlockAndReset) {
   DriverBench bench;
   ASSERT_TRUE(bench.wait_until_ready());
   bench.begin_swing();
@@ -196,7 +236,7 @@ TEST(RtdeDriver, AProtectiveStopIsReportedAndResetAtTheRobot) {
   bench.run(5500);
   EXPECT_TRUE(bench.arm.lost());
   EXPECT_TRUE(bench.controller().power().unlock());
-  bench.run(500);
+  expect_rest_until_reset(bench);
   expect_rest_then_motion(bench);
 }
 
@@ -222,10 +262,11 @@ TEST(RtdeDriver, AMachineThatStopsByItselfIsAProtectiveStopOfItsController) {
   bench.run(100);
   EXPECT_GE(opened, 1);
   EXPECT_LE((bench.ideal->state().q - stands).cwiseAbs().maxCoeff(), 1e-9) << "it is taken over where it stands";
+  expect_rest_until_reset(bench);
   expect_rest_then_motion(bench);
 }
 
-TEST(RtdeDriver, AnEmergencyStopIsReportedAndResetAtTheRobot) {
+TEST(RtdeDriver, AnEmergencyStopIsReportedAndEndsWithReleaseAndReset) {
   DriverBench bench;
   ASSERT_TRUE(bench.wait_until_ready());
   bench.controller().emergency_stop(true);
@@ -236,18 +277,18 @@ TEST(RtdeDriver, AnEmergencyStopIsReportedAndResetAtTheRobot) {
   bench.run(200);
   EXPECT_THAT(bench.fault(), HasSubstr("no power"));
   bench.controller().power().release_brakes();
-  bench.run(2000);
+  expect_rest_until_reset(bench);
   expect_rest_then_motion(bench);
 }
 
-TEST(RtdeDriver, AProgramThatSomebodyStoppedWaitsForAnAcknowledgement) {
+TEST(RtdeDriver, AProgramThatSomebodyStoppedWaitsForAReset) {
   DriverBench bench;
   ASSERT_TRUE(bench.wait_until_ready());
   bench.controller().programs().stop();
   bench.run(2000);
   EXPECT_THAT(bench.fault(), HasSubstr("stopped at the controller"));
   EXPECT_EQ(bench.robot->driver().counts().uploads, 1u);
-  bench.robot->driver().acknowledge();
+  bench.robot->driver().reset();
   bench.run(500);
   expect_rest_then_motion(bench);
 }

@@ -95,12 +95,16 @@ struct RtdeLogRig final : ArmRig {
   /// The driver ends first: what it sends then is in the log, too.
   ~RtdeLogRig() override {
     backend.reset();
-    robot_.reset();
+    robot_ = nullptr;
     play_again();
   }
   RtdeLogRig(const RtdeLogRig&) = delete;
   RtdeLogRig& operator=(const RtdeLogRig&) = delete;
-  void release() override { robot_->controller().power().release_brakes(); }
+  void release() override {
+    robot_->controller().power().release_brakes();
+    log_->note(robot_->time(), WireLog::Reset{});
+    robot_->reset();
+  }
 
  private:
   [[nodiscard]] device::DriverRequest request() const {
@@ -111,9 +115,17 @@ struct RtdeLogRig final : ArmRig {
     VirtualClock clock;
     ReplayedNetwork network(log);
     auto again = std::make_unique<hw::rtde::Driver>(options_, request(), network, clock);
-    LogPlayer player{.log = log, .clock = clock, .driver = *again, .turn = [&](WireLog::Turn turn) {
-                       turn == WireLog::Turn::kEnd ? again.reset() : again->poll();
-                     }};
+    LogPlayer player{.log = log,
+                     .clock = clock,
+                     .driver = *again,
+                     .turn =
+                         [&](WireLog::Turn turn) {
+                           if (turn == WireLog::Turn::kEnd)
+                             again = nullptr;
+                           else
+                             again->poll();
+                         },
+                     .reset = [&] { again->reset(); }};
     player.play();
     EXPECT_TRUE(log.at_end());
     EXPECT_EQ(again, nullptr) << "its end is in the log";
