@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "app/cell_setup.h"
+#include "cell/build/cell_builder.h"
 #include "cell/file/data_folder.h"
 #include "cell/file/operator.h"
 #include "cell/run/cell_run.h"

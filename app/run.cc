@@ -104,7 +104,7 @@ int run(const Arguments& arguments, const Program& program, const CooperatingArm
   setup.run.interrupt = &catch_interrupts();
   log_on_stderr(arguments.log, setup.run);
   if (arguments.step) setup.run.before_step = ask_on_terminal;
-  if (!arguments.json && !arguments.step) show_progress_on_terminal(setup.run);
+  if (!arguments.json && !arguments.step) show_progress_of(setup.run);
   cell::Interruptions tries(
       {.every = std::max<std::int64_t>(1, arguments.try_every), .ways = cell::Interruptions::by_program});
   if (arguments.try_every > 0) tries.attach(setup.run);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -83,6 +84,27 @@ void show_progress(double sim_time, double planned, const std::string& step) {
              step);
   std::fflush(stderr);
 }
+
+/// A line every ten seconds, for logs: how far it is, and about how long the rest takes at the pace so far.
+class ProgressLines {
+ public:
+  void operator()(double sim_time, double planned, const std::string& step) {
+    using Seconds = std::chrono::duration<double>;
+    const auto now = Clock::now();
+    if (now - told_ < kEvery) return;
+    told_ = now;
+    const double taken = Seconds(now - begin_).count();
+    std::string rest;
+    if (sim_time > 0 && planned > sim_time)
+      rest = fmt::format(" of about {:.0f} s; about {:.0f} s to go", planned, taken * (planned - sim_time) / sim_time);
+    fmt::print(stderr, "progress: {:.1f} s{}; {}\n", sim_time, rest, step);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kEvery{10};
+  Clock::time_point begin_ = Clock::now(), told_ = begin_;
+};
 
 bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
@@ -246,8 +268,12 @@ void log_on_stderr(std::string_view level, cell::RunOptions& options) {
   };
 }
 
-void show_progress_on_terminal(cell::RunOptions& options) {
-  if (on_terminal()) options.progress = show_progress;
+void show_progress_of(cell::RunOptions& options) {
+  if (on_terminal()) {
+    options.progress = show_progress;
+  } else {
+    options.progress = ProgressLines();
+  }
 }
 
 void clear_progress() {

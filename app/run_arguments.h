@@ -57,8 +57,8 @@ struct ParsedRun {
 
 /// What happens goes to stderr, a line each, from this level on. @param level  a name of log_level_names()
 void log_on_stderr(std::string_view level, cell::RunOptions& options);
-/// A bar on a terminal's stderr that is drawn over itself; nothing where stderr is no terminal.
-void show_progress_on_terminal(cell::RunOptions& options);
+/// On stderr: a bar on a terminal that is drawn over itself, elsewhere a line every ten seconds with what is left.
+void show_progress_of(cell::RunOptions& options);
 /// For RunOptions::before_step: shows on stderr what would begin, and waits for a line of stdin. Whoever goes away (end
 /// of input) wants nothing to move on.
 [[nodiscard]] cell::StepAnswer ask_on_terminal(const cell::NextStep& next);

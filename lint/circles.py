@@ -7,7 +7,7 @@ import re
 import sys
 
 INCLUDE = re.compile(r'^#include "([^"]+)\.h"', re.MULTILINE)
-FOLDERS = ("app/", "core/", "hw/", "record/", "cell/", "sim/", "tools/")
+FOLDERS = ("app/", "serve/", "core/", "hw/", "record/", "cell/", "sim/", "tools/")
 
 
 def modules(root, names):

@@ -9,13 +9,14 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
-#include "cell/build/device_kind.h"
+#include "cell/build/device_kind_registry.h"
 #include "cell/run/session.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"
 #include "core/base/text_location.h"
 #include "core/kinematics/robot_model.h"
 #include "record/golden.h"
+#include "sim/film/render_shapes.h"
 #include "tools/cli.h"
 #include "tools/failure_film.h"
 #include "tools/interruption_tries.h"
@@ -46,7 +47,15 @@ Diagnostics check_scenario(const std::filesystem::path& file, const std::vector<
   cell::OpenOptions options;
   options.overrides = overrides;
   const auto session = cell::Session::open(file, library, options);
-  return session ? (*session)->warnings() : session.error();
+  if (!session) return session.error();
+  Diagnostics diagnostics = (*session)->warnings();
+  if (const int triangles = (*session)->built().triangles; triangles > sim::kTriangleBudget) {
+    diagnostics.warning(
+        Code::kTooLarge, "", fmt::format("{} triangles in the scene", triangles),
+        fmt::format("Keep it to {} at most, or the film is drawn slower than its time passes", sim::kTriangleBudget));
+    diagnostics.set_file(file.string());
+  }
+  return diagnostics;
 }
 
 /// Devices are those of a cell, so a net that names some is checked with `takt net FILE --scenario SCENARIO`.

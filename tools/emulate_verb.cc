@@ -15,8 +15,24 @@
 namespace takt::tools {
 namespace {
 
+/// What is recorded and filmed is a run, with its program and its verdict; here are the machines alone.
+void check_products(const app::RunArguments& arguments, Diagnostics& diagnostics) {
+  const auto refuse = [&](const std::string& value, const char* option) {
+    if (value.empty()) return;
+    diagnostics.error(
+        Code::kNotPossibleNow, option,
+        "emulate runs the machines and no program, so there is no run to record or to film",
+        fmt::format("Give {} to the process with the program: takt run FILE --backend NAME=KIND:ADDR {} {}", option,
+                    option, value));
+  };
+  refuse(arguments.record, "--record");
+  refuse(arguments.video, "--video");
+}
+
 int emulate(const std::string& file, const app::RunArguments& arguments, const Common& common) {
   Diagnostics diagnostics;
+  check_products(arguments, diagnostics);
+  if (diagnostics.has_errors()) return report(diagnostics, common);
   app::RunArguments on_wire = arguments;
   on_wire.realtime = true;  // the wire has the wall clock's time, asked for or not
   const auto parsed = app::parse(on_wire, {file}, diagnostics);
@@ -61,6 +77,9 @@ std::pair<CLI::App*, Verb> add_emulate(CLI::App& parser, Common& common) {
   verb->add_option("--set", arguments->sets, "Change one value of the file; several times")
       ->type_name("JSON_POINTER=VALUE")
       ->allow_extra_args(false);
+  // Not in the help: somebody who knows `run` gives them, and is told where they belong.
+  verb->add_option("--record", arguments->record)->group("");
+  verb->add_option("--video", arguments->video)->group("");
   return {verb, [file, arguments, &common] { return emulate(*file, *arguments, common); }};
 }
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "cell/build/device_kind.h"
+#include "cell/build/device_kind_registry.h"
 #include "cell/run/session.h"
 #include "core/kinematics/robot_model.h"
 #include "tools/model_picture.h"

@@ -71,6 +71,13 @@ Diagnostics choose_step(const std::string& step, LoadedNet& loaded) {
   return diagnostics;
 }
 
+/// With those inside of its fragments, as the report of the compiled net counts them.
+std::size_t primitive_count(const net::NetDescription& net) {
+  std::size_t count = net.primitives.size();
+  for (const net::FragmentDescription& fragment : net.fragments) count += primitive_count(fragment.net);
+  return count;
+}
+
 /// What steps of a scenario have a net.
 int list_steps(const LoadedNet& loaded, const Common& common) {
   Json steps = Json::array();
@@ -78,7 +85,7 @@ int list_steps(const LoadedNet& loaded, const Common& common) {
     steps.push_back({{"step", one.step},
                      {"pointer", one.pointer},
                      {"net", one.net.name},
-                     {"primitives", one.net.primitives.size()}});
+                     {"primitives", primitive_count(one.net)}});
   }
   if (common.json) {
     print({{"result", "ready"}, {"steps", std::move(steps)}});

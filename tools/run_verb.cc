@@ -1,3 +1,4 @@
+#include "cell/build/site_devices.h"
 #include "core/base/text_location.h"
 #include "tools/cli.h"
 
@@ -170,7 +171,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   if (arguments.step) {
     options.before_step = app::ask_on_terminal;
   } else {
-    app::show_progress_on_terminal(options);
+    app::show_progress_of(options);
   }
   const cell::RunReport report = (*session)->run(options);
   app::clear_progress();

@@ -5,10 +5,12 @@
 
 #include <fmt/format.h>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/cell_models.h"
+#include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
 #include "cell/build/faulty_machines.h"
+#include "cell/build/site_devices.h"
 #include "cell/file/degrees.h"
 #include "core/device/arm_force.h"
 #include "core/device/device_file.h"

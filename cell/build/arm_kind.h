@@ -3,6 +3,7 @@
 #include <string>
 
 #include "cell/build/device_kind.h"
+#include "cell/file/description.h"
 
 namespace takt::cell {
 

@@ -1,7 +1,7 @@
 // Kinds "light_barrier" and "range_finder": a digital and an analog input with a beam in the simulation.
 #include <fmt/format.h>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/cell_models.h"
 #include "cell/build/device_kinds.h"
 #include "cell/build/signal_devices.h"

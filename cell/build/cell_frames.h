@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cell/build/device_kind.h"
+#include "cell/file/description.h"
 #include "core/world/frame_graph.h"
 
 namespace takt::cell {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/device_kind_registry.h"
 #include "core/device/tool_changer.h"
 
 namespace takt::cell {

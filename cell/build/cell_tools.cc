@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/base/keys_of.h"
 #include "core/expression/tool_coupling.h"
 
 #include "cell/build/cell_frames.h"
@@ -14,13 +15,6 @@
 
 namespace takt::cell {
 namespace {
-
-template <class Map>
-std::vector<std::string> names_of(const Map& map) {
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : map) keys.push_back(key);
-  return keys;
-}
 
 void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diagnostics) {
   const auto tcps = tcps_of(device);
@@ -47,7 +41,7 @@ void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diag
   if (!tcps.contains(tool.tcp)) {
     diagnostics.error(wanted.empty() ? Code::kMissing : Code::kUnknownName, device.pointer() + "/tcp",
                       fmt::format("'{}' has no tool centre point '{}'", device.entry->name, tool.tcp),
-                      nearest_choice(tool.tcp, names_of(tcps)));
+                      nearest_choice(tool.tcp, keys_of(tcps)));
     return;
   }
   cell.tools[device.entry->name] = std::move(tool);

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "cell/run/run_recorder.h"
+#include "cell/build/topics.h"
 #include "core/device/mailbox.h"
 
 namespace takt::cell {

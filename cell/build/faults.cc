@@ -1,134 +1,25 @@
 #include "cell/build/faults.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
-#include "cell/build/faulty_readings.h"
+#include "cell/build/site_devices.h"
+#include "core/base/diagnostics.h"
 
 namespace takt::cell {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using FaultKind = FaultEntry::Kind;
 
 constexpr const char* kLatchName = "emergency_stop";
-const std::vector<std::string> kWords = {"stop", "release", "emergency_stop", "reset",
-                                         "push", "sensor",  "tool_changer",   "device"};  // in the order of FaultKind
-const std::vector<std::string> kLockFaults = {"no_air", "opens"};
-const std::vector<std::string> kWrong = {"silent", "nan",   "stuck", "bias", "noise",
-                                         "delay",  "value", "gone",  "loss", "jammed"};  // of DeviceFault::Kind
-const std::vector<std::string> kOfReadings = {"silent", "nan", "stuck", "bias", "noise", "delay", "value", "loss"};
-const std::vector<std::string> kOfConnections = {"gone", "loss", "jammed"};
-
-const std::string& word_of(DeviceFault::Kind kind) { return kWrong[static_cast<std::size_t>(kind)]; }
-
 /// What a fault point can have, in the words of the file.
 std::vector<std::string> words_of_point(const FaultPoint& point) {
   std::vector<std::string> words;
-  for (const DeviceFault::Kind kind : point.kinds()) words.push_back(word_of(kind));
+  for (const DeviceFault::Kind kind : point.kinds()) words.push_back(name_of(kind));
   return words;
-}
-
-Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(1e9 * seconds)); }
-
-void read_push(ObjectReader& reader, FaultEntry& fault) {
-  fault.body = reader.text("body");
-  fault.force = reader.vector("force_N");
-  fault.duration = nanoseconds(reader.number("seconds", 1.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
-}
-
-/// "fault": one of these words.
-DeviceFault::Kind read_wrong(ObjectReader& reader, const std::vector<std::string>& words) {
-  const std::string chosen = reader.choice("fault", words);
-  const auto word = std::ranges::find(kWrong, chosen);
-  return word == kWrong.end() ? DeviceFault::Kind::kSilent : static_cast<DeviceFault::Kind>(word - kWrong.begin());
-}
-
-/// In N and Nm of a force/torque sensor, else in the unit of the input.
-void read_added(ObjectReader& reader, DeviceFault& wrong) {
-  wrong.wrench.force = reader.vector("force_N", Eigen::Vector3d(Eigen::Vector3d::Zero()));
-  wrong.wrench.torque = reader.vector("torque_Nm", Eigen::Vector3d(Eigen::Vector3d::Zero()));
-  wrong.value = reader.number("value", 0.0);
-  if (!reader.has("force_N") && !reader.has("torque_Nm") && !reader.has("value"))
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is added to the readings",
-                               "Give \"force_N\" or \"torque_Nm\"; of an input \"value\"");
-}
-
-double read_input_value(ObjectReader& reader) {
-  const Json* value = reader.child("value");
-  return value != nullptr && value->is_boolean() ? (value->get<bool>() ? 1.0 : 0.0) : reader.number("value");
-}
-
-void read_wrong_while(ObjectReader& reader, FaultEntry& fault) {
-  if (fault.wrong.kind == DeviceFault::Kind::kLoss)
-    fault.wrong.share = reader.number("share", {}, {.low = 0.0, .high = 1.0, .low_open = true});
-  fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
-}
-
-void read_sensor(ObjectReader& reader, FaultEntry& fault) {
-  using Kind = DeviceFault::Kind;
-  constexpr double kLongest = 1e-3 * ReadingFaults<device::WrenchSample>::kKept;  // s, of readings once a cycle
-  fault.device = reader.text("sensor");
-  fault.wrong.kind = read_wrong(reader, kOfReadings);
-  if (fault.wrong.kind == Kind::kBias || fault.wrong.kind == Kind::kNoise) read_added(reader, fault.wrong);
-  if (fault.wrong.kind == Kind::kValue) fault.wrong.value = read_input_value(reader);
-  if (fault.wrong.kind == Kind::kDelay)
-    fault.wrong.delay = nanoseconds(reader.number("delay_s", {}, {.low = 0.0, .high = kLongest, .low_open = true}));
-  read_wrong_while(reader, fault);
-}
-
-void read_connection(ObjectReader& reader, FaultEntry& fault) {
-  fault.device = reader.text("device");
-  fault.wrong.kind = read_wrong(reader, kOfConnections);
-  read_wrong_while(reader, fault);
-}
-
-void read_lock(ObjectReader& reader, FaultEntry& fault) {
-  fault.changer = reader.text("changer");
-  fault.opens = reader.choice("fault", kLockFaults) == "opens";
-  fault.duration = nanoseconds(reader.number("seconds", 3600.0, {.low = 0.0, .high = 3600.0, .low_open = true}));
-}
-
-void read_stop(ObjectReader& reader, FaultEntry& fault) {
-  fault.arm = reader.text("arm", "");
-  fault.category = static_cast<device::StopCategory>(reader.integer("category", 1, {.low = 0, .high = 2}));
-  fault.brakes_after = nanoseconds(reader.number("brakes_after_s", 1.0, {.low = 0.0, .high = 60.0}));
-  const bool delays =
-      fault.kind == FaultKind::kEmergencyStop && fault.category == device::StopCategory::kStopThenBrakes;
-  if (reader.has("brakes_after_s") && !delays)
-    reader.diagnostics().error(Code::kConflict, reader.at("brakes_after_s"), "nothing waits here",
-                               "Remove it, or set \"do\": \"emergency_stop\" and category 1");
-  const bool of_the_cell = fault.kind == FaultKind::kEmergencyStop || fault.kind == FaultKind::kReset;
-  if (of_the_cell && !fault.arm.empty())
-    reader.diagnostics().error(Code::kConflict, reader.at("arm"), "an emergency stop concerns all arms",
-                               "Remove the arm, or set \"do\": \"stop\"");
-}
-
-FaultEntry read_fault(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  FaultEntry fault;
-  fault.pointer = pointer;
-  fault.at = nanoseconds(reader.number("at_s", {}, {.low = 0.0, .high = 3600.0}));
-  const auto word = std::ranges::find(kWords, reader.choice("do", kWords, "stop"));
-  if (word != kWords.end()) fault.kind = static_cast<FaultKind>(word - kWords.begin());
-  if (fault.kind == FaultKind::kPush) {
-    read_push(reader, fault);
-  } else if (fault.kind == FaultKind::kSensor) {
-    read_sensor(reader, fault);
-  } else if (fault.kind == FaultKind::kToolChanger) {
-    read_lock(reader, fault);
-  } else if (fault.kind == FaultKind::kDevice) {
-    read_connection(reader, fault);
-  } else {
-    read_stop(reader, fault);
-  }
-  reader.finish();
-  return fault;
 }
 
 /// Names of what can have wrong readings, or a connection that fails.
@@ -162,23 +53,16 @@ void check_fault_point(const FaultEntry& fault, const BuiltCell& built, Diagnost
   const auto kinds = point->second->kinds();
   if (std::ranges::find(kinds, fault.wrong.kind) != kinds.end()) return;
   diagnostics.error(Code::kInvalidValue, fault.pointer + "/fault",
-                    fmt::format("'{}' cannot have the fault '{}'", fault.device, word_of(fault.wrong.kind)),
+                    fmt::format("'{}' cannot have the fault '{}'", fault.device, name_of(fault.wrong.kind)),
                     fmt::format("{}", fmt::join(words_of_point(*point->second), ", ")));
 }
 
 }  // namespace
 
-void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults) {
-  const Json* list = reader.array("faults", /*required=*/false);
-  for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
-    faults.push_back(read_fault((*list)[i], reader.at("faults") + pointer_segment(i), reader.diagnostics()));
-  std::ranges::stable_sort(faults, {}, &FaultEntry::at);
-}
-
-void add_emergency_stop(const Description& description, BuiltCell& built, Diagnostics& diagnostics) {
+void add_emergency_stop(const std::vector<FaultEntry>& faults, BuiltCell& built, Diagnostics& diagnostics) {
   std::vector<std::string> arms;
   for (const auto& [name, arm] : built.cell.arms) arms.push_back(name);
-  for (const FaultEntry& fault : description.faults) {
+  for (const FaultEntry& fault : faults) {
     if (!fault.arm.empty() && std::ranges::find(arms, fault.arm) == arms.end())
       diagnostics.error(Code::kUnknownName, fault.pointer + "/arm", fmt::format("there is no arm '{}'", fault.arm),
                         nearest_choice(fault.arm, arms));
@@ -194,8 +78,8 @@ void add_emergency_stop(const Description& description, BuiltCell& built, Diagno
                         nearest_choice(fault.changer, changers));
     }
   }
-  const bool pressed = std::ranges::any_of(
-      description.faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
+  const bool pressed =
+      std::ranges::any_of(faults, [](const FaultEntry& fault) { return fault.kind == FaultKind::kEmergencyStop; });
   if (!pressed) return;
   if (built.core->environment().find(kLatchName) != nullptr)
     return diagnostics.error(Code::kDuplicate, "/faults", fmt::format("a device is called '{}'", kLatchName),
@@ -230,8 +114,8 @@ void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) 
     return begin_push(fault, now);
   }
   if (fault.kind == FaultKind::kSensor || fault.kind == FaultKind::kDevice) {
-    note(kWords[static_cast<std::size_t>(fault.kind)],
-         fmt::format("{}: {} for {:g} s", fault.device, word_of(fault.wrong.kind), to_seconds(fault.duration)));
+    note(name_of(fault.kind),
+         fmt::format("{}: {} for {:g} s", fault.device, name_of(fault.wrong.kind), to_seconds(fault.duration)));
     built_.fault_points.at(fault.device)->begin(fault.wrong, seed_, fault.device);
     wrong_until_[fault.device] = {now + fault.duration, fault.kind};
     return;
@@ -239,8 +123,7 @@ void Faults::happen(const FaultEntry& fault, Nanoseconds now, const Note& note) 
   if (fault.kind == FaultKind::kToolChanger) return begin_lock_fault(fault, now, note);
   const auto category = static_cast<int>(fault.category);
   const bool stops = fault.kind == FaultKind::kStop || fault.kind == FaultKind::kEmergencyStop;
-  note(kWords[static_cast<std::size_t>(fault.kind)],
-       stops ? fmt::format("{} category {}", fault.arm, category) : fault.arm);
+  note(name_of(fault.kind), stops ? fmt::format("{} category {}", fault.arm, category) : fault.arm);
   if (fault.kind == FaultKind::kEmergencyStop) return press(fault, now);
   for (const auto& [name, arm] : built_.cell.arms) {
     if (!fault.arm.empty() && fault.arm != name) continue;
@@ -275,7 +158,7 @@ void Faults::end_wrong(Nanoseconds now, const Note& note) {
     const auto& [until, kind] = one.second;
     if (until > now) return false;
     built_.fault_points.at(one.first)->end();
-    note(kWords[static_cast<std::size_t>(kind)], fmt::format("{}: well again", one.first));
+    note(name_of(kind), fmt::format("{}: well again", one.first));
     return true;
   });
 }

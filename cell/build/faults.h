@@ -10,18 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
-#include "cell/file/description.h"
-#include "core/base/object_reader.h"
+#include "cell/build/built_cell.h"
+#include "cell/file/fault_entry.h"
 
 namespace takt::cell {
 
-/// Reads the key "faults": diagnostics for what is wrong, the entries in the order of their times. Realtime: setup.
-void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults);
-
 /// Gives a cell whose scenario presses a button the latch for it, and checks the arms and bodies that the faults name.
 /// Realtime: setup.
-void add_emergency_stop(const Description& description, BuiltCell& built, Diagnostics& diagnostics);
+void add_emergency_stop(const std::vector<FaultEntry>& faults, BuiltCell& built, Diagnostics& diagnostics);
 
 /// Lets the faults of a scenario happen to its simulated machines. Thread: the session's.
 class Faults {

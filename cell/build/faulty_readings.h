@@ -26,7 +26,7 @@ class ReadingFaults {
   bool pass(Sample& sample);
 
   /// Readings are kept for so many cycles: the longest delay.
-  static constexpr std::size_t kKept = 1000;
+  static constexpr std::size_t kKept = DeviceFault::kMaxDelayCycles;
 
  private:
   bool spoil(Sample& sample);

@@ -1,9 +1,10 @@
 // Kind "force_torque_sensor".
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/cell_frames.h"
 #include "cell/build/cell_models.h"
 #include "cell/build/device_kinds.h"
 #include "cell/build/faulty_readings.h"
+#include "cell/build/site_devices.h"
 #include "core/device/device_file.h"
 #include "core/device/force_torque_sensor.h"
 #include "sim/model/from_model.h"

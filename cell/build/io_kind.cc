@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/cell_models.h"
+#include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
 #include "cell/build/signal_devices.h"
+#include "cell/build/site_devices.h"
 #include "core/base/object_reader.h"
 #include "core/device/device_file.h"
 #include "core/device/signal.h"

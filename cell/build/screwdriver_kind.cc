@@ -3,8 +3,9 @@
 
 #include <fmt/format.h>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/cell_models.h"
+#include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
 #include "cell/file/shape_file.h"
 #include "core/base/object_reader.h"

@@ -3,8 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/faulty_readings.h"
+#include "cell/file/description.h"
 #include "core/device/signal.h"
 
 namespace takt::cell {

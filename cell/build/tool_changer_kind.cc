@@ -2,8 +2,9 @@
 // signals of their own, "DEVICE/lock".
 #include <fmt/format.h>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/cell_models.h"
+#include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
 #include "core/base/object_reader.h"
 #include "core/device/signal.h"

@@ -1,6 +1,7 @@
 // Kind "vacuum_cup": a tool that holds by suction. Its terminals are canonical signals of their own, "DEVICE/suction".
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/build/cell_models.h"
+#include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
 #include "core/device/device_file.h"
 #include "core/device/signal.h"

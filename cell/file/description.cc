@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "cell/build/faults.h"
 #include "cell/file/copies.h"
 #include "cell/file/degrees.h"
 #include "core/base/angles.h"

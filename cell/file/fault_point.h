@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -26,6 +27,8 @@ struct DeviceFault {
     kLoss,    ///< a share of the readings, and of what a machine is told, does not arrive
     kJammed,  ///< nothing that it is told has an effect
   };
+  static constexpr std::size_t kMaxDelayCycles = 1000;  ///< readings are kept for so many
+
   Kind kind = Kind::kSilent;
   net::Wrench wrench{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< N, Nm: the offset, or the sigma per axis
   double value = 0.0;  ///< of an input, in its unit: the offset, the sigma, the value

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 
 namespace takt::cell {
 

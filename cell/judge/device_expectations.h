@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "cell/judge/expectations.h"
+#include "cell/judge/expectation.h"
 #include "core/base/object_reader.h"
 
 /// Expectations about grippers and signals. Realtime: setup.

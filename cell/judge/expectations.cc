@@ -12,23 +12,18 @@
 #include <nlohmann/json.hpp>
 
 #include "cell/judge/device_expectations.h"
+#include "cell/judge/limit_monitor.h"
 #include "cell/judge/pair_expectations.h"
 #include "cell/judge/part_expectations.h"
 #include "cell/judge/pose_expectations.h"
 #include "cell/judge/step_window.h"
+#include "core/base/keys_of.h"
 #include "core/base/object_reader.h"
 #include "core/net/description.h"
 #include "core/net/registry.h"
 
 namespace takt::cell {
 namespace {
-
-template <class Map>
-std::vector<std::string> keys_of(const Map& map) {
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : map) keys.push_back(key);
-  return keys;
-}
 
 /// Which force is meant where several touches push against each other.
 enum class ForceMeant { kPressing, kResultant };

@@ -1,18 +1,14 @@
 #pragma once
 
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include "cell/judge/expectations.h"
+#include "cell/judge/expectation.h"
+#include "cell/judge/step_window.h"
 #include "core/base/object_reader.h"
 
 /// Expectations about a part of the program: values while a step runs, what happens and in which order, who touches
 /// whom. Realtime: setup.
 namespace takt::cell {
-
-using StepNames = std::optional<std::vector<std::string>>;
 
 /// "value": the value of an expression while a step runs, or all along: bounds, a share of the time within them, mean.
 [[nodiscard]] std::unique_ptr<Expectation> value_expectation(ObjectReader& reader, const BuiltCell& built,

@@ -3,7 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "cell/judge/part_expectations.h"
+#include "cell/judge/expectation.h"
+#include "cell/judge/step_window.h"
 #include "core/base/object_reader.h"
 
 /// Expectations about where things truly are. Realtime: setup.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_numbers.h"
 #include "core/base/text_location.h"
 
 namespace takt::cell {
@@ -62,7 +63,7 @@ Json to_json(Diagnostics diagnostics) {
 std::string to_output_text(Json report) {
   // Until 1.0 the list has its former name as well: programs that read reports know it.
   if (report.contains("diagnostics")) report["findings"] = report["diagnostics"];
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return without_noise(std::move(report)).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 namespace {

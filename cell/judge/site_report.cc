@@ -4,7 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
+#include "cell/build/site_devices.h"
 
 namespace takt::cell {
 namespace {

@@ -1,16 +1,19 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "cell/judge/part_expectations.h"
 #include "cell/judge/run_log.h"
 #include "core/base/object_reader.h"
 
 namespace takt::cell {
+
+/// Names of the program's steps; nothing: nobody knows them before the run (a program in C++).
+using StepNames = std::optional<std::vector<std::string>>;
 
 /// The time in which a node of the program runs: a step, or anything that steps run in.
 class StepWindow {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 
 /// Where things truly are, for expectations: nothing that a program may look at. Realtime: setup.
 namespace takt::cell {

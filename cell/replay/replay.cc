@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
 #include "cell/build/cell_builder.h"
+#include "cell/build/topics.h"
 #include "cell/judge/step_window.h"
 #include "cell/replay/recorded_run.h"
 #include "cell/run/film_caption.h"
@@ -59,6 +61,37 @@ std::vector<LogEntry> told_events(const record::Recording& recording) {
   }
   std::ranges::stable_sort(entries, {}, &LogEntry::time);
   return entries;
+}
+
+/// How a run ended, as its recording tells.
+struct Ending {
+  Verdict verdict = Verdict::kPassed;
+  std::size_t held = 0, expectations = 0;
+  std::string not_held = {};  ///< the first expectation that did not hold, and what was measured
+};
+
+/// Nothing if the recording does not tell: it was cut off, or holds no run of a program.
+std::optional<Ending> ending_of(const record::Recording& recording) {
+  if (recording.truncated_at()) return std::nullopt;
+  Ending ending;
+  bool over = false, error = false, interrupted = false;
+  recording.for_each_event(record::kExpectationTopic, [&](const record::RecordedEvent& event) {
+    ++ending.expectations;
+    if (event.name == "held") ++ending.held;
+    if (event.name == "not held" && ending.not_held.empty()) ending.not_held = "not held: " + event.text;
+    return over = true;
+  });
+  recording.for_each_event(record::kProgramTopic, [&](const record::RecordedEvent& event) {
+    error = error || (event.source == "run" && event.name == "error");
+    interrupted = interrupted || (event.source == "run" && event.name == "interrupted");
+    return over = true;
+  });
+  if (!over) return std::nullopt;
+  ending.verdict = interrupted                         ? Verdict::kInterrupted
+                   : error                             ? Verdict::kError
+                   : ending.held < ending.expectations ? Verdict::kFailed
+                                                       : Verdict::kPassed;
+  return ending;
 }
 
 /// The row of a table that counts at a time; times are asked for in their order.
@@ -150,43 +183,47 @@ std::string check_times(const record::Recording& recording, const record::Table&
 class ReplayFilm {
  public:
   ReplayFilm(const record::Recording& recording, const record::Table& states, const BuiltCell& built,
-             const FilmShow& show, const ReplayOptions& options)
+             const Description& description, const FilmShow& show, const ReplayOptions& options)
       : states_(states),
+        description_(description),
         options_(options),
         show_(show),
         marks_(built, show_),
         recorded_(recording, built, show_, kSecond / options.fps),
         lamps_(lamp_columns(recording, *built.world, kSecond / options.fps)),
+        force_(recording.table_every(device_topic(description.film.force_sensor) + "/contact_wrench",
+                                     kSecond / options.fps)),
+        ending_(ending_of(recording)),
         events_(told_events(recording)) {}
 
-  [[nodiscard]] Result<sim::FilmReport> make(const Description& description, const BuiltCell& built) {
+  [[nodiscard]] Result<sim::FilmReport> make(const BuiltCell& built) {
     while (first_ < states_.time.size() && to_seconds(states_.time[first_]) < options_.from) ++first_;
     if (first_ == states_.time.size() || to_seconds(states_.time[first_]) > options_.to)
       return failure(
           Code::kOutOfRange, "--from", fmt::format("no state from {:g} to {:g} s", options_.from, options_.to),
           fmt::format("Choose times within the recording, which ends at {:g} s", to_seconds(states_.time.back())));
-    auto film = sim::Film::open(built.world->model(), film_options(description));
+    auto film = sim::Film::open(built.world->model(), film_options());
     if (!film) return std::unexpected(with_option_names(film.error()));
     for (std::size_t row = 0; row < states_.time.size() && to_seconds(states_.time[row]) <= options_.to; ++row)
       if (!show(row, *film)) break;  // close() tells why
-    hold_failure(*film);
+    hold_verdict(*film);
     auto closed = film->close();
     return closed ? closed : std::unexpected(with_option_names(closed.error()));
   }
 
  private:
-  [[nodiscard]] sim::FilmOptions film_options(const Description& description) {
+  [[nodiscard]] sim::FilmOptions film_options() {
     sim::FilmOptions film;
     film.path = options_.video;
     film.fps = options_.fps;
     film.begin = states_.time[first_];
-    film.title = description.title;
+    film.title = description_.title;
     film.render.width = options_.width;
     film.render.height = options_.height;
     film.workers = options_.jobs;
     film.queue_frames = std::max(film.queue_frames, 2 * options_.jobs);
-    film.cuts = cuts_of(description, events_, options_);
-    if (options_.camera.empty() && !options_.view) film.inset_camera = description.film.inset;
+    film.cuts = cuts_of(description_, events_, options_);
+    if (options_.camera.empty() && !options_.view) film.inset_camera = description_.film.inset;
     const double aspect = static_cast<double>(options_.width) / std::max(1, options_.height);
     film.free_camera = options_.view ? *options_.view : marks_.fitting_camera(row_of(states_, 0), aspect);
     return film;
@@ -219,25 +256,38 @@ class ReplayFilm {
   bool push(sim::Film& film) {
     sim::Overlay overlay;
     caption_.write(film.next_time(), {}, overlay);
+    show_force(film.next_time(), overlay);
     return film.push(qpos_, lit_, overlay, marked_).has_value();
   }
 
-  /// What comes at the very end of a run would be seen in no picture, or in one.
-  void hold_failure(sim::Film& film) {
-    if (to_seconds(states_.time.back()) > options_.to) return;
-    bool failed = false;
-    for (const LogEntry& event : events_) failed = failed || (event.source == "run" && event.name == "error");
+  /// As the film of the run: a second more, with the verdict.
+  void hold_verdict(sim::Film& film) {
+    if (!ending_ || to_seconds(states_.time.back()) > options_.to) return;
     for (; event_ < events_.size(); ++event_) caption_.happened(events_[event_]);
-    for (int i = 0; failed && i < options_.fps; ++i)
+    caption_.judge(ending_->verdict, ending_->held, ending_->expectations);
+    if (!ending_->not_held.empty()) caption_.fail(film.next_time(), ending_->not_held);
+    for (int i = 0; i < options_.fps; ++i)
       if (!push(film)) return;
   }
 
+  /// The force at the time of the picture, where the film of the scenario shows one and it was recorded.
+  void show_force(Nanoseconds time, sim::Overlay& overlay) {
+    const std::vector<double> force = force_.at(time, 3);
+    if (force.size() < 3) return;
+    overlay.force_N = Eigen::Map<const Eigen::Vector3d>(force.data()).norm();
+    overlay.force_label = description_.film.force_sensor;
+    overlay.force_limit_N = description_.film.force_limit_N;
+  }
+
   const record::Table& states_;
+  const Description& description_;
   const ReplayOptions& options_;
   FilmShow show_;
   FilmMarks marks_;
   RecordedMarks recorded_;
   std::vector<std::vector<double>> lamps_;
+  RowCursor force_;
+  std::optional<Ending> ending_;
   std::vector<LogEntry> events_;
   FilmCaption caption_;
   std::size_t event_ = 0, first_ = 0;
@@ -291,7 +341,7 @@ Result<std::int64_t> render_recording(const std::filesystem::path& recording, co
   FilmShow show = description->film.show;
   Diagnostics checked;
   if (options.show) choose_marks(*options.show, "--show", show, checked);
-  const auto report = ReplayFilm(*opened, *table, *built, show, options).make(*description, *built);
+  const auto report = ReplayFilm(*opened, *table, *built, *description, show, options).make(*built);
   if (!report) return std::unexpected(report.error());
   return report->frames;
 }

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/site_devices.h"
 #include "cell/replay/recorded_run.h"
 #include "record/decode.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "core/device/device_file.h"
 #include "record/recording.h"
 

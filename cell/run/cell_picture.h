@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "core/activity/motion_collisions.h"
 
 namespace takt::cell {

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/command_tape.h"
+#include "cell/build/site_devices.h"
 #include "cell/file/degrees.h"
 #include "sim/contact/contact_law.h"
 
@@ -311,22 +313,23 @@ void CellRun::close_recording() {
   if (!status.removed) report_.products.push_back(options_.record.string());
 }
 
-/// What failed, for a second more, in the film alone: everything brakes, and who watches can read why. Nothing of it is
-/// in the report, which is made.
-void CellRun::film_aftermath(bool interrupted) {
+/// The verdict, for a second more, in the film alone. What failed goes on meanwhile: everything brakes, and who watches
+/// can read why. Nothing of it is in the report, which is made.
+void CellRun::film_aftermath(Verdict verdict) {
   constexpr Nanoseconds kShown = kSecond;
   const auto wrong =
       std::ranges::find_if(report_.expectations, [](const auto& result) { return result.judged && !result.passed; });
   const bool broke_off = report_.diagnostics.has_errors();
   const bool known = !options_.video_failure.empty();
-  if (!film_ || interrupted || film_->is_over()) return;
-  if (!broke_off && !known && wrong == report_.expectations.end()) return;
+  if (!film_ || film_->is_over()) return;
+  film_->judged(known ? Verdict::kFailed : verdict, report_.expectations);
   if (known) {
     film_->failed(options_.video_failure);
-  } else if (!broke_off) {
+  } else if (!broke_off && wrong != report_.expectations.end()) {
     film_->failed(fmt::format("not held: {}: {}", wrong->name, wrong->measured));
   }
-  const bool simulated = !options_.realtime && !built_.site->has_drivers() && !diverged_;
+  const bool goes_on = known || verdict == Verdict::kFailed || verdict == Verdict::kError;
+  const bool simulated = goes_on && !options_.realtime && !built_.site->has_drivers() && !diverged_;
   if (!simulated) return report_.diagnostics.append(film_->hold(kShown));
   built_.core->stop_all(net::Cause::Code::kAborted, "the run has ended");
   for (Nanoseconds end = built_.core->time() + kShown; built_.core->time() < end && !film_->is_over();) {
@@ -400,15 +403,14 @@ RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& 
   report_.log_omitted = log_.omitted();
   if (recorder_ && !held) recorder_->keep();
   close_recording();
-  film_aftermath(interrupted);
+  const auto verdict = [&] {
+    if (interrupted) return Verdict::kInterrupted;
+    if (report_.diagnostics.has_errors()) return Verdict::kError;
+    return held ? Verdict::kPassed : Verdict::kFailed;
+  };
+  film_aftermath(verdict());
   close_film();
-  if (interrupted) {
-    report_.verdict = Verdict::kInterrupted;
-  } else if (report_.diagnostics.has_errors()) {
-    report_.verdict = Verdict::kError;
-  } else {
-    report_.verdict = held ? Verdict::kPassed : Verdict::kFailed;
-  }
+  report_.verdict = verdict();
   report_.diagnostics.set_file(description_.file.string());
   return std::move(report_);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cell/build/faults.h"
+#include "cell/file/description.h"
 #include "cell/judge/contact_log.h"
 #include "cell/judge/expectations.h"
 #include "cell/judge/run_report.h"
@@ -96,7 +97,7 @@ class CellRun {
   [[nodiscard]] std::string why_waiting(const std::string& device) const;
   [[nodiscard]] bool starts_where_assumed();
   void close_recording();
-  void film_aftermath(bool interrupted);
+  void film_aftermath(Verdict verdict);
   void close_film();
   void measure_core();
   void look_for_stops();

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "core/collision/contact_rules.h"
 
 namespace takt::cell {

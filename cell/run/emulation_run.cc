@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/cell_builder.h"
 #include "cell/build/cell_models.h"
 #include "cell/build/signal_devices.h"
 #include "core/base/clock.h"

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
+#include "cell/build/device_kind.h"
+#include "cell/file/description.h"
 
 namespace takt::cell {
 

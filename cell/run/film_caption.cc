@@ -3,6 +3,9 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/program/tree/node.h"
 
 namespace takt::cell {
 namespace {
@@ -11,6 +14,24 @@ constexpr Nanoseconds kShown = 4 * kSecond;
 /// What follows from a failure comes at once, and the failure says more.
 constexpr Nanoseconds kFirstCounts = kSecond;
 constexpr std::string_view kPathSeparator = " / ";
+
+/// "try", "repeat (2)": a composition that is called by its type, as those without a name are.
+bool is_type(std::string_view segment) {
+  const std::string_view name = segment.ends_with(')') ? segment.substr(0, segment.rfind(" (")) : segment;
+  return std::ranges::any_of(activity::node_kinds(), [&](const activity::NodeKind& kind) { return kind.name == name; });
+}
+
+/// The segments of a path that say something; all of them if none does.
+std::vector<std::string_view> said(std::string_view path) {
+  std::vector<std::string_view> all, named;
+  while (!path.empty()) {
+    const std::size_t end = path.find(kPathSeparator);
+    all.push_back(path.substr(0, end));
+    if (!is_type(all.back())) named.push_back(all.back());
+    path.remove_prefix(end == path.npos ? path.size() : end + kPathSeparator.size());
+  }
+  return named.empty() ? all : named;
+}
 
 }  // namespace
 
@@ -23,6 +44,13 @@ void FilmCaption::happened(const LogEntry& entry) {
 }
 
 void FilmCaption::fail(Nanoseconds time, const std::string& text) { show(time, LogLevel::kError, text); }
+
+void FilmCaption::judge(Verdict verdict, std::size_t held, std::size_t expectations) {
+  verdict_ = name_of(verdict);
+  if (expectations > 0 && (verdict == Verdict::kPassed || verdict == Verdict::kFailed))
+    verdict_ += fmt::format(": {} of {} expectations held", held, expectations);
+  tone_ = verdict == Verdict::kPassed ? sim::Overlay::Tone::kGood : sim::Overlay::Tone::kBad;
+}
 
 void FilmCaption::show(Nanoseconds time, LogLevel level, std::string text) {
   const bool shown = !note_.empty() && time - since_ < kShown;
@@ -47,10 +75,15 @@ void FilmCaption::write(Nanoseconds time, const std::string& step, sim::Overlay&
   overlay.time = time;
   overlay.step = step;
   if (!running_.empty()) {
-    const std::string& path = running_.back();
-    const std::size_t last = path.rfind(kPathSeparator);
-    overlay.step = last == path.npos ? path : path.substr(last + kPathSeparator.size());
-    if (last != path.npos) overlay.path = path.substr(0, last);
+    std::vector<std::string_view> segments = said(running_.back());
+    overlay.step = segments.back();
+    segments.pop_back();
+    overlay.path = fmt::format("{}", fmt::join(segments, kPathSeparator));
+  }
+  if (!verdict_.empty()) {
+    overlay.step = verdict_;
+    overlay.step_tone = tone_;
+    overlay.path.clear();
   }
   if (!note_.empty() && time - since_ < kShown) overlay.note = note_;
 }

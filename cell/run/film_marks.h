@@ -8,7 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
+#include "cell/file/description.h"
 #include "cell/judge/contact_forces.h"
 #include "sim/film/renderer.h"
 #include "sim/model/marks.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/file/operator.h"
 #include "cell/judge/limit_monitor.h"
 #include "cell/judge/run_report.h"

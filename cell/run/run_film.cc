@@ -75,6 +75,7 @@ RunFilm::RunFilm(sim::Film film, std::unique_ptr<FilmMarks> marks, const Descrip
       cuts_(own_cuts(options)),
       waits_(!options.realtime),
       end_(to_time(options.video_to)),
+      picture_time_(kSecond / options.fps),
       commanded_(built),
       contacts_(built) {}
 
@@ -107,6 +108,11 @@ Diagnostics RunFilm::add_state(const std::string& step, const command::Biases& b
   return push_due(overlay, now);
 }
 
+void RunFilm::judged(Verdict verdict, const std::vector<ExpectationResult>& expectations) {
+  const auto held = std::ranges::count_if(expectations, &ExpectationResult::passed);
+  caption_.judge(verdict, static_cast<std::size_t>(held), expectations.size());
+}
+
 Diagnostics RunFilm::hold(Nanoseconds duration) {
   const Nanoseconds now = built_.world->time();
   if (now + duration > end_) return {};
@@ -119,6 +125,7 @@ void RunFilm::show_force(const command::Biases& biases, sim::Overlay& overlay) c
   if (sensor == built_.cell.sensors.end()) return;
   const auto felt = contact_wrench(built_.cell, sensor->first, biases);  // as the conditions in the nets have it
   overlay.force_N = norm(force(felt)).now().value_or(std::numeric_limits<double>::quiet_NaN());
+  overlay.force_label = description_.film.force_sensor;
   overlay.force_limit_N = description_.film.force_limit_N;
 }
 

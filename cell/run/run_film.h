@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/file/description.h"
 #include "cell/judge/run_report.h"
 #include "cell/run/film_caption.h"
@@ -31,8 +31,13 @@ class RunFilm {
   [[nodiscard]] Diagnostics happened(const LogEntry& entry);
   /// What came of the run, if it did not do what it had to: shown in what is filmed from now on.
   void failed(const std::string& text) { caption_.fail(built_.world->time(), text); }
-  /// What machines touched since the last call; each picture has the greatest forces since the one before.
-  void touched(std::span<const sim::BodyContact> contacts) { contacts_.add(contacts); }
+  /// The run is over: its verdict is shown in what is filmed from now on.
+  void judged(Verdict verdict, const std::vector<ExpectationResult>& expectations);
+  /// What machines touched since the last call; each picture has the greatest forces since the one before, the first
+  /// one those of the time of one picture.
+  void touched(std::span<const sim::BodyContact> contacts) {
+    if (built_.world->time() + picture_time_ >= film_.next_time()) contacts_.add(contacts);
+  }
   /// After a cycle: pictures that are due show what is now. @return diagnostics if drawing or encoding failed.
   [[nodiscard]] Diagnostics add_state(const std::string& step, const command::Biases& biases);
   /// As add_state() with what was shown last, `duration` longer: of a state that cannot go on.
@@ -56,6 +61,7 @@ class RunFilm {
   bool cuts_;   ///< of the scenario
   bool waits_;  ///< the run, while the film has no room
   Nanoseconds end_;
+  Nanoseconds picture_time_;
   bool follows_log_ = false;  ///< which tells what begins; else a program in C++ does, by the name of its step
   std::string step_;
   FilmCaption caption_;

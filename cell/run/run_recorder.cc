@@ -8,6 +8,9 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
+#include "cell/build/command_tape.h"
+#include "cell/build/site_devices.h"
+#include "cell/build/topics.h"
 #include "cell/run/recorded_models.h"
 #include "cell/run/scene_message.h"
 #include "record/recording.h"
@@ -64,16 +67,6 @@ std::string wrench_frame(const BuiltCell& built, const std::string& name, const 
 }
 
 }  // namespace
-
-std::string device_topic(const std::string& device) {
-  std::string topic = "/" + device;
-  std::ranges::replace(topic, ' ', '_');
-  return topic;
-}
-
-std::string command_topic(const std::string& device) {
-  return device_topic(device) + std::string(record::kCommandSuffix);
-}
 
 Result<std::unique_ptr<RunRecorder>> RunRecorder::open(const std::filesystem::path& path,
                                                        const Description& description, const BuiltCell& built,

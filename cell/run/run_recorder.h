@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/file/description.h"
 #include "cell/judge/contact_forces.h"
 #include "cell/judge/run_log.h"
@@ -16,12 +16,6 @@
 #include "record/recorder.h"
 
 namespace takt::cell {
-
-/// The beginning of a device's topics. Other tools take a blank for the end of a topic.
-[[nodiscard]] std::string device_topic(const std::string& device);
-/// Topic of what the core handed over to a device: a row for each call, in the cycles in which the calls are not those
-/// of the cycle before (docs/replay.md).
-[[nodiscard]] std::string command_topic(const std::string& device);
 
 /// What a run leaves in its recording: per arm measured joints, set points and frames; per sensor the raw wrench; the
 /// digest and the simulation's state of every cycle; what the program did, and what touched.

@@ -6,13 +6,15 @@
 
 #include <fmt/format.h>
 
+#include "cell/build/cell_builder.h"
+#include "cell/build/command_tape.h"
+#include "cell/build/site_devices.h"
 #include "cell/file/operator.h"
 #include "cell/judge/step_window.h"
 #include "cell/run/cell_picture.h"
 #include "cell/run/cell_run.h"
 #include "cell/run/realtime_loop.h"
 #include "core/net/compiled_net.h"
-#include "sim/film/render_shapes.h"
 
 namespace takt::cell {
 namespace {
@@ -153,11 +155,6 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
                         fmt::format("there is no step '{}'", part), nearest_choice(std::string(part), names));
   }
   if (diagnostics.has_errors()) return refuse(std::move(diagnostics));
-  if (built.triangles > sim::kTriangleBudget) {
-    warnings.warning(
-        Code::kTooLarge, "", fmt::format("{} triangles in the scene", built.triangles),
-        fmt::format("Keep it to {} at most, or the film is drawn slower than its time passes", sim::kTriangleBudget));
-  }
   read.append(warnings);
   read.append(diagnostics);
   read.set_file(file);

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "cell/build/cell_builder.h"
+#include "cell/build/built_cell.h"
 #include "cell/file/description.h"
 #include "cell/judge/expectations.h"
 #include "cell/judge/run_report.h"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cell/build/cell_builder.h"
-#include "cell/build/device_kind.h"
+#include "cell/build/device_kind_registry.h"
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
 #include "core/kinematics/robot_model.h"

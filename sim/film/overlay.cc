@@ -17,6 +17,7 @@ constexpr Colour kStrip{14, 20, 28};
 constexpr Colour kBar{86, 180, 233};  // blue and vermilion: told apart by colour-blind eyes, too
 constexpr Colour kBarOver{240, 98, 52};
 constexpr Colour kNumberOver{255, 148, 112};
+constexpr Colour kGood{92, 214, 176};
 constexpr Colour kNote{255, 214, 140};
 constexpr Colour kNoteStrip{120, 36, 14};
 constexpr int kStripOpacity = 165;
@@ -73,14 +74,18 @@ class OverlayPainter::Impl {
     if (!overlay.note.empty()) draw_note(overlay.note, top, image);
   }
 
+  static Colour colour_of(Overlay::Tone tone) {
+    return tone == Overlay::Tone::kGood ? kGood : tone == Overlay::Tone::kBad ? kNumberOver : kText;
+  }
+
   void draw_step(const Overlay& overlay, int left, int room, int base, Image& image) {
     if (overlay.path.empty()) {
-      large_.draw(large_.fitted(overlay.step, room), left, base, kText, image);
+      large_.draw(large_.fitted(overlay.step, room), left, base, colour_of(overlay.step_tone), image);
       return;
     }
     const int up = scaled(16), down = scaled(9);
     small_.draw(small_.fitted_end(overlay.path, room), left, base - up, kFaint, image);
-    large_.draw(large_.fitted(overlay.step, room), left, base + down, kText, image);
+    large_.draw(large_.fitted(overlay.step, room), left, base + down, colour_of(overlay.step_tone), image);
   }
 
   // On a strip of its own that ends at `bottom`.
@@ -111,7 +116,7 @@ class OverlayPainter::Impl {
     const int number_right = bar_left - scaled(12);
     small_.draw(number, number_right - small_.width(number), base - scaled(1), over ? kNumberOver : kText, image);
     const int label_right = number_right - small_.width("0000.0 N") - scaled(8);
-    const std::string label = small_.fitted(overlay.force_label, scaled(160));
+    const std::string label = small_.fitted(overlay.force_label, scaled(220));
     small_.draw(label, label_right - small_.width(label), base - scaled(1), kFaint, image);
     return label_right - small_.width(label);
   }

@@ -13,8 +13,10 @@ namespace takt::sim {
 /// What stands in the film beside the picture; an empty text or an absent value leaves its place free. Text is UTF-8;
 /// what does not fit is cut with an ellipsis.
 struct Overlay {
+  enum class Tone { kPlain, kGood, kBad };
   std::string title;                    ///< of the scenario, upper left
   std::string step;                     ///< node of the program at work, lower left
+  Tone step_tone = Tone::kPlain;        ///< its colour
   std::string path;                     ///< of the nodes around it, above it; cut on its left
   std::string camera;                   ///< upper right
   std::string note;                     ///< on a strip of its own above the step: why something failed

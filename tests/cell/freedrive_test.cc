@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/interfaces/actuator_interfaces.h"
+#include "cell/build/cell_builder.h"
 #include "cell/run/session.h"
 #include "core/expression/device_sensors.h"
 #include "tests/cell/described.h"

@@ -12,6 +12,7 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
+#include "cell/build/site_devices.h"
 #include "cell/file/site.h"
 #include "cell/run/session.h"
 #include "tests/support/reports.h"

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/cell_builder.h"
 #include "cell/run/session.h"
 #include "core/base/json.h"
 #include "core/base/output_file.h"

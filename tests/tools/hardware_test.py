@@ -153,6 +153,12 @@ class TwoProcesses(unittest.TestCase):
         nothing = subprocess.run([TAKT, "emulate", str(self.file)], capture_output=True, text=True, cwd=ROOT)
         self.assertEqual(nothing.returncode, 2)
         self.assertIn("[requires]", nothing.stderr)
+        products = subprocess.run([TAKT, "emulate", str(self.file), "--backend", self.backend, "--record", "a.mcap",
+                                   "--video", "a.mp4"], capture_output=True, text=True, cwd=ROOT)
+        self.assertEqual(products.returncode, 2)
+        for option in ("--record", "--video"):
+            self.assertIn(f"{option}: error", products.stderr)
+        self.assertEqual(products.stderr.count("[not-possible-now]"), 2)
         lock_step = subprocess.run([TAKT, "run", str(self.file), "--backend", self.backend], capture_output=True,
                                    text=True, cwd=ROOT)
         self.assertEqual(lock_step.returncode, 2)

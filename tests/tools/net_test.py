@@ -206,6 +206,8 @@ class Graph(NetTest):
         report = json.loads(self.takt("net", dumped, "--scenario", "scenarios/touch.json", "--json").stdout)
         self.assertEqual({one["id"] for one in report["primitives"]}, set(picture.cards))
         self.assertEqual(len(report["links"]), len(picture.wires))
+        listed = [one["primitives"] for one in steps if one["step"] == "touch the top"]
+        self.assertEqual(listed, [len(report["primitives"])], "the list counts what the net counts")
         self.assertIn("null can reach a stop or a device", picture.text)
         self.assertEqual(picture.overlaps(), [])
         self.assertEqual(picture.crossings(), [])

@@ -1,4 +1,5 @@
 #include "core/operations/grasp/fit_pose.h"
+#include "core/base/keys_of.h"
 
 #include <algorithm>
 
@@ -10,13 +11,6 @@
 
 namespace takt::activity {
 namespace {
-
-template <class Map>
-std::vector<std::string> keys_of(const Map& map) {
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : map) keys.push_back(key);
-  return keys;
-}
 
 /// The fit of an object may replace what the file says of this object, and of nothing else.
 void check_estimate(FitPoseParameters& parameters, const ReadContext& from) {

@@ -1,4 +1,5 @@
 #include "core/operations/table/tool_choice.h"
+#include "core/base/keys_of.h"
 
 #include <algorithm>
 
@@ -9,13 +10,6 @@ namespace {
 
 using command::Cell;
 using command::MountedTool;
-
-template <class Map>
-std::vector<std::string> tool_frames_of(const Map& map) {
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : map) keys.push_back(key);
-  return keys;
-}
 
 std::vector<std::string> tools_on(const Cell& cell, const std::string& arm) {
   std::vector<std::string> names;
@@ -50,7 +44,7 @@ Result<ToolInForce> frame_as_tool(const Cell& cell, const std::string& arm, cons
   const auto carrier = cell.frames.contains(choice.tcp) ? cell.carrier_of(choice.tcp) : std::nullopt;
   if (carrier && carrier->arm == arm && carrier->link.empty() && choice.tool.empty())
     return ToolInForce{.X_FT = carrier->X_FO};
-  auto names = tool != nullptr ? tool_frames_of(tool->X_FT) : std::vector<std::string>();
+  auto names = tool != nullptr ? keys_of(tool->X_FT) : std::vector<std::string>();
   if (cell.frames.contains(choice.tcp))
     return failure(Code::kUnknownPose, "/tcp", fmt::format("'{}' does not ride on the flange of '{}'", choice.tcp, arm),
                    "Name a tool centre point of its tool, or a frame of what it holds then");

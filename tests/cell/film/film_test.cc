@@ -160,6 +160,33 @@ TEST(FilmCaption, HasTheStepAtWorkAndThePathToIt) {
   EXPECT_EQ(written(caption, 2).step, "main");
 }
 
+TEST(FilmCaption, ACompositionThatIsCalledByItsTypeIsNoStepToAReader) {
+  FilmCaption caption;
+  caption.happened(event(0, LogLevel::kDebug, "program", "begin", "sequence"));
+  EXPECT_EQ(written(caption, 0).step, "sequence") << "nothing else is known";
+  caption.happened(event(1, LogLevel::kDebug, "program", "begin", "sequence / sort (2) / branch"));
+  caption.happened(event(1, LogLevel::kDebug, "program", "begin", "sequence / sort (2) / branch / try (3)"));
+  EXPECT_EQ(written(caption, 1).step, "sort (2)");
+  EXPECT_EQ(written(caption, 1).path, "");
+  caption.happened(event(2, LogLevel::kDebug, "program", "begin", "sequence / sort (2) / branch / try (3) / grip"));
+  EXPECT_EQ(written(caption, 2).step, "grip");
+  EXPECT_EQ(written(caption, 2).path, "sort (2)");
+}
+
+TEST(FilmCaption, TheVerdictTakesThePlaceOfTheStep) {
+  FilmCaption caption;
+  caption.happened(event(0, LogLevel::kDebug, "program", "begin", "main / grip"));
+  EXPECT_EQ(written(caption, 0).step_tone, sim::Overlay::Tone::kPlain);
+  caption.judge(Verdict::kFailed, 3, 4);
+  const sim::Overlay failed = written(caption, 1);
+  EXPECT_THAT(failed.step, Names("failed", "3", "4"));
+  EXPECT_EQ(failed.path, "");
+  EXPECT_EQ(failed.step_tone, sim::Overlay::Tone::kBad);
+  caption.judge(Verdict::kPassed, 0, 0);
+  EXPECT_EQ(written(caption, 1).step, "passed");
+  EXPECT_EQ(written(caption, 1).step_tone, sim::Overlay::Tone::kGood);
+}
+
 TEST(FilmCaption, ShowsForAWhileWhatWentWrong) {
   FilmCaption caption;
   caption.happened(event(0, LogLevel::kInfo, "contact", "contact", "main", "nothing wrong"));
@@ -183,6 +210,95 @@ int frames_in(const std::filesystem::path& film) {
   if (pipe == nullptr || std::fscanf(pipe, "%d", &frames) != 1) frames = -1;
   if (pipe != nullptr) pclose(pipe);
   return frames;
+}
+
+/// One picture of a film of 320x240: brightness, 0 to 255, row by row. Its last one for a negative number.
+std::vector<int> picture(const std::filesystem::path& film, int number) {
+  const int wanted = number >= 0 ? number : frames_in(film) - 1;
+  const std::string command = "ffmpeg -v error -i '" + film.string() + "' -vf 'select=eq(n\\," +
+                              std::to_string(wanted) + ")' -frames:v 1 -f rawvideo -pix_fmt gray -";
+  std::vector<int> pixels;
+  FILE* pipe = popen(command.c_str(), "r");
+  for (int c = pipe == nullptr ? EOF : std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) pixels.push_back(c);
+  if (pipe != nullptr) pclose(pipe);
+  EXPECT_EQ(pixels.size(), 320u * 240u) << command;
+  pixels.resize(320 * 240);
+  return pixels;
+}
+
+/// Mean difference of the pixels of some rows.
+double apart(const std::vector<int>& a, const std::vector<int>& b, int from_row = 0, int to_row = 240) {
+  double sum = 0;
+  for (int i = 320 * from_row; i < 320 * to_row; ++i) sum += std::abs(a[std::size_t(i)] - b[std::size_t(i)]);
+  return sum / (320 * (to_row - from_row));
+}
+
+RunOptions small_film(const std::filesystem::path& video) {
+  RunOptions options;
+  options.video = video;
+  options.width = 320;
+  options.height = 240;
+  options.fps = 10;
+  return options;
+}
+
+// Down to the block until the probe touches it, which it goes on doing for a second.
+constexpr const char* kTouch = R"({"do": "lin", "name": "touch", "to": {"by_m": [0, 0, -0.06]}, "velocity_m_s": 0.04,
+      "until": {"sensor": "wrist", "above_N": 15}}, {"do": "wait", "seconds": 1})";
+constexpr const char* kAway = R"({"do": "lin", "name": "away", "to": {"by_m": [0, 0, 0.08]}})";
+constexpr const char* kWatched = R"(, "film": {"force_sensor": "wrist", "force_limit_N": 20})";
+constexpr int kStrip = 240 - 18;  // first row of the lower strip
+
+TEST(RunFilm, ARecordingGivesTheFilmOfTheRunWithItsForceAndItsVerdict) {
+  const takt::test::ScratchFolder folder("run_film");
+  RunOptions options = small_film(folder / "run.mp4");
+  options.record = folder / "run.mcap";
+  const RunReport report = session_of(cell(std::string(kAbove) + "," + kTouch, kWatched))->run(options);
+  ASSERT_EQ(report.verdict, Verdict::kPassed) << report.diagnostics.to_string();
+  EXPECT_NEAR(static_cast<double>(report.frames), 10 * (report.sim_time + 1), 1.5) << "a second for the verdict";
+
+  ReplayOptions replay;
+  replay.video = folder / "replay.mp4";
+  replay.width = options.width;
+  replay.height = options.height;
+  replay.fps = options.fps;
+  const auto frames = render_recording(options.record, models(), replay);
+  ASSERT_TRUE(frames) << frames.error().to_string();
+  EXPECT_NEAR(static_cast<double>(*frames), static_cast<double>(report.frames), 1.5);
+  const int pressing = static_cast<int>(report.frames) - 15;
+  const std::vector<int> pressed = picture(options.video, pressing), ended = picture(options.video, -1);
+  EXPECT_LT(apart(pressed, picture(replay.video, pressing), kStrip), 1.5) << "number and bar";
+  EXPECT_LT(apart(ended, picture(replay.video, -1), kStrip), 1.5) << "the verdict";
+  EXPECT_GT(apart(ended, pressed, kStrip), 3) << "which stands in the place of the step";
+
+  RunOptions blind = small_film(folder / "blind.mp4");
+  (void)session_of(cell(std::string(kAbove) + "," + kTouch))->run(blind);
+  EXPECT_GT(apart(pressed, picture(blind.video, pressing), kStrip), 3) << "the bar is what makes the difference";
+}
+
+TEST(RunFilm, BeginsWithTheForcesOfItsFirstPictureAlone) {
+  const takt::test::ScratchFolder folder("run_film");
+  const std::string program = std::string(kAbove) + "," + kTouch + "," + kAway;
+  const double end = session_of(cell(program))->run({}).sim_time;
+  RunOptions late = small_film(folder / "forces.mp4");
+  late.video_from = end - 0.3;
+  late.view = sim::camera_from({1.6, -1.1, 1.0}, {0.5, 0, 0.3});
+  late.show = {"forces"};
+  ASSERT_EQ(session_of(cell(program))->run(late).verdict, Verdict::kPassed);
+  const std::vector<int> with = picture(late.video, 0);
+  late.video = folder / "bare.mp4";
+  late.show = std::vector<std::string>{};
+  ASSERT_EQ(session_of(cell(program))->run(late).verdict, Verdict::kPassed);
+  const double now = apart(with, picture(late.video, 0));  // the block on the floor
+  // A film of the whole run has the force of the touch in it, too.
+  const int same_time = static_cast<int>(std::lround(10 * late.video_from));
+  late.video_from = 0.0;
+  ASSERT_EQ(session_of(cell(program))->run(late).verdict, Verdict::kPassed);
+  const std::vector<int> bare = picture(late.video, same_time);
+  late.video = folder / "whole.mp4";
+  late.show = {"forces"};
+  ASSERT_EQ(session_of(cell(program))->run(late).verdict, Verdict::kPassed);
+  EXPECT_LT(now, 0.5 * apart(picture(late.video, same_time), bare)) << "the probe was long gone";
 }
 
 TEST(RunFilm, AFailureIsFilmedForASecondMoreAndChangesNothing) {

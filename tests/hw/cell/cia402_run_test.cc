@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "cell/build/site_devices.h"
 #include "cell/run/session.h"
 #include "hw/drivers.h"
 #include "tests/cell/described.h"

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/cell_builder.h"
+#include "cell/build/site_devices.h"
 #include "cell/run/session.h"
 #include "tests/cell/described.h"
 

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "core/rcc/control_core.h"
+
+namespace takt::rcc {
+
+/// Who may command the nets of a core from outside, and for how many cycles without a word. Once the holder has been
+/// silent for longer, or has let go, what it started is cancelled (and comes to rest on its path), and what it has
+/// loaded and not started is unloaded, so that no request and no rule that still waits can start it. That is decided in
+/// the cycle and needs no other thread.
+///
+/// A fence is a number that grows with every grant: a command that carries an older one is recognised as that of a
+/// former holder.
+class Lease {
+ public:
+  static constexpr std::size_t kNets = 256;  ///< of one holder and those before it that have not ended
+  explicit Lease(ControlCore& core) : core_(core) {}
+  Lease(const Lease&) = delete;
+  Lease& operator=(const Lease&) = delete;
+
+  // -- Any thread, but grant() for one. Realtime: setup. -------------------------------------------------------------
+  /// A new holder, in place of the one before, whose nets come to rest.
+  /// @param cycles  of silence that are allowed, 1 to 2^31 - 1; 0: any number, for a core that its client steps
+  /// @return its fence, from 1 on
+  std::uint32_t grant(std::int64_t cycles);
+  /// Counts as a word of the holder. @return false: this is not, or no longer, the fence of the holder.
+  bool renew(std::uint32_t fence);
+  /// The holder lets go. @return as renew()
+  bool release(std::uint32_t fence);
+  /// The fence of the holder; 0: there is none.
+  [[nodiscard]] std::uint32_t holder() const { return holder_.load(); }
+  /// A net that this holder has loaded. @return false: it has kNets of them, none of which has ended
+  bool add(NetId net, std::uint32_t fence);
+
+  // -- After each cycle, on its thread. Realtime: cyclic, no allocation, O(kNets) while nets of former holders run. ---
+  void after_cycle();
+
+ private:
+  /// The fence above, the net below; 0: free.
+  using Owned = std::atomic<std::uint64_t>;
+  void let_go(Owned& owned);
+  [[nodiscard]] bool over(NetId net) const;
+
+  ControlCore& core_;
+  std::atomic<std::uint32_t> holder_ = 0;
+  std::atomic<std::int64_t> allowed_ = 0, renewed_ = 0;
+  std::atomic<bool> former_ = false;  ///< nets of former holders may be there
+  std::uint32_t last_fence_ = 0;
+  std::array<Owned, kNets> owned_{};
+};
+
+}  // namespace takt::rcc

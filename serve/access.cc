@@ -1,0 +1,126 @@
+#include "serve/access.h"
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/base/json.h"
+
+namespace takt::serve {
+namespace {
+
+constexpr std::size_t kTokenFileBytes = 64u << 10, kShortest = 16, kLongest = 256, kBuckets = 4096;
+constexpr std::string_view kBearer = "Bearer ";
+
+Diagnostics check_file(const std::filesystem::path& file) {
+  Diagnostics diagnostics;
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0) return diagnostics;  // reading it says why
+  if (status.st_uid != geteuid() && geteuid() != 0)
+    diagnostics.error(Code::kInvalidValue, "--tokens", "the token file belongs to another user",
+                      "Make a file of your own");
+  if ((status.st_mode & 077) != 0)
+    diagnostics.error(Code::kInvalidValue, "--tokens",
+                      fmt::format("others may read the token file (mode {:04o})", status.st_mode & 07777),
+                      "Run chmod 600 on it");
+  return diagnostics;
+}
+
+}  // namespace
+
+std::string_view name_of(Role role) { return role == Role::kOperator ? "operator" : "observer"; }
+
+Result<std::vector<Token>> read_tokens(const std::filesystem::path& file) {
+  Diagnostics diagnostics = check_file(file);
+  const auto text = read_file(file, kTokenFileBytes);
+  if (!text) {
+    diagnostics.append(text.error());
+    return std::unexpected(std::move(diagnostics));
+  }
+  std::vector<Token> tokens;
+  std::istringstream lines(*text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string role, more;
+    Token token;
+    if (!(words >> role)) continue;
+    const std::string at = fmt::format("line {}", number);
+    if (role != "observer" && role != "operator")
+      diagnostics.error(Code::kInvalidValue, at, fmt::format("unknown role '{}'", role),
+                        "Begin the line with observer or operator");
+    token.role = role == "operator" ? Role::kOperator : Role::kObserver;
+    if (!(words >> token.name >> token.secret) || words >> more)
+      diagnostics.error(Code::kSyntax, at, "a line is ROLE NAME TOKEN", "Write for example: operator anna TOKEN");
+    else if (token.secret.size() < kShortest || token.secret.size() > kLongest)
+      diagnostics.error(Code::kWrongSize, at, fmt::format("the token has {} characters", token.secret.size()),
+                        "Use 16 to 256 characters, for example of: openssl rand -hex 24");
+    tokens.push_back(std::move(token));
+  }
+  if (tokens.empty())
+    diagnostics.error(Code::kMissing, "", "the token file has no tokens", "Add a line ROLE NAME TOKEN");
+  diagnostics.set_file(file.string());
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  return tokens;
+}
+
+bool equal_in_constant_time(std::string_view one, std::string_view other) {
+  // The length of a token is no secret; its letters are.
+  unsigned differ = one.size() == other.size() ? 0 : 1;
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    const char against = other.empty() ? '\0' : other[i % other.size()];
+    differ |= static_cast<unsigned>(static_cast<unsigned char>(one[i] ^ against));
+  }
+  return differ == 0;
+}
+
+bool Access::too_fast(const std::string& address) {
+  const auto now = Clock::now();
+  if (buckets_.size() >= kBuckets && !buckets_.contains(address)) buckets_.clear();
+  const auto [found, is_new] = buckets_.try_emplace(address, Bucket{options_.burst, now});
+  Bucket& bucket = found->second;
+  const double since = std::chrono::duration<double>(now - bucket.filled).count();
+  bucket.left = std::min(options_.burst, bucket.left + since * options_.requests_per_second);
+  bucket.filled = now;
+  if (bucket.left < 1.0) return true;
+  bucket.left -= 1.0;
+  return false;
+}
+
+std::optional<Client> Access::admit(const HttpRequest& request, bool always, Refusal& refusal) {
+  const std::string host = request.header("host");
+  const std::string origin = request.header("origin");
+  const auto allowed = [this](const std::string& one) {
+    return std::ranges::find(options_.hosts, one) != options_.hosts.end();
+  };
+  if (!allowed(host)) {
+    refusal = {421, fmt::format("this server is not '{}'", host)};
+    return {};
+  }
+  if (!origin.empty() && origin != "http://" + host && origin != "https://" + host) {
+    refusal = {403, fmt::format("pages of '{}' may not use this server", origin)};
+    return {};
+  }
+  std::optional<Client> client;
+  if (options_.tokens.empty()) client = Client{.role = Role::kOperator, .name = request.peer};
+  const std::string given = request.header("authorization");
+  for (const Token& token : options_.tokens)
+    if (given.starts_with(kBearer) &&
+        equal_in_constant_time(std::string_view(given).substr(kBearer.size()), token.secret))
+      client = Client{.role = token.role, .name = token.name};
+  if (!client) {
+    refusal = {401, "a token is needed: Authorization: Bearer TOKEN"};
+    return {};
+  }
+  if (!always && too_fast(request.peer)) {
+    refusal = {429, fmt::format("more than {:g} requests a second", options_.requests_per_second)};
+    return {};
+  }
+  return client;
+}
+
+}  // namespace takt::serve

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/diagnostics.h"
+#include "serve/http_server.h"
+
+namespace takt::serve {
+
+/// What a client may do: an observer looks and may STOP; an operator may take the lease and command.
+enum class Role { kObserver, kOperator };
+[[nodiscard]] std::string_view name_of(Role role);
+
+/// One line of the token file: ROLE NAME TOKEN.
+struct Token {
+  Role role = Role::kObserver;
+  std::string name, secret;
+};
+
+/// Reads a token file: a line each of "observer|operator NAME TOKEN", '#' begins a comment. The file must belong to
+/// this user and be readable by nobody else (mode 0600), tokens have 16 to 256 characters. @return the tokens, or all
+/// that is wrong. Realtime: setup.
+[[nodiscard]] Result<std::vector<Token>> read_tokens(const std::filesystem::path& file);
+
+/// True if both are equal; takes the same time wherever they differ.
+[[nodiscard]] bool equal_in_constant_time(std::string_view one, std::string_view other);
+
+/// Who asks.
+struct Client {
+  Role role = Role::kOperator;
+  std::string name;
+};
+
+/// Why a request is turned away.
+struct Refusal {
+  int status = 401;
+  std::string detail;
+};
+
+/// Who may ask at all: Host and Origin are compared exactly, so that no web page of another site gets through with a
+/// name of its own (DNS rebinding); tokens where there are any; so many requests a second. One thread.
+class Access {
+ public:
+  struct Options {
+    std::vector<Token> tokens;                                ///< empty: everybody is an operator, for loopback only
+    std::vector<std::string> hosts;                           ///< allowed values of Host, with port
+    double requests_per_second = 10'000.0, burst = 20'000.0;  ///< of one client's address
+  };
+  explicit Access(Options options) : options_(std::move(options)) {}
+
+  /// @param always  STOP: never refused for its rate
+  /// @return the client, or nothing and `refusal`
+  [[nodiscard]] std::optional<Client> admit(const HttpRequest& request, bool always, Refusal& refusal);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Bucket {
+    double left = 0.0;
+    Clock::time_point filled;
+  };
+  [[nodiscard]] bool too_fast(const std::string& address);
+
+  Options options_;
+  std::map<std::string, Bucket, std::less<>> buckets_;  ///< by address without port
+};
+
+}  // namespace takt::serve

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/rcc/watch.h"
+#include "serve/hosted_cell.h"
+#include "serve/routes.h"
+
+namespace takt::serve {
+
+/// What the server can do, route by route (docs/remote.md). It is called on the thread of the HTTP server; what takes
+/// long there (reading a net) goes to a thread of its own, so that STOP never waits for it.
+class Api {
+ public:
+  /// @param log  a line about who took, lost or stopped what
+  Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log);
+  ~Api();
+  Api(const Api&) = delete;
+  Api& operator=(const Api&) = delete;
+
+  void handle(const HttpRequest& request, const Respond& respond);
+  [[nodiscard]] const std::vector<Route>& routes() const { return routes_; }
+
+  static constexpr std::int64_t kMostCycles = 100'000;  ///< of one order in lock-step
+  static constexpr std::size_t kMostWatches = 64, kKeys = 1024;
+
+ private:
+  void add_net_routes();
+  void add_command_routes();
+  void add_cell_routes();
+  void add_channel_routes();
+  void add_watch_routes();
+
+  // api.cc
+  void dispatch(const Route& route, Call& call, const Respond& respond);
+  [[nodiscard]] std::optional<HttpResponse> check_need(const Route& route, Call& call);
+  void once_only(const Route& route, const Call& call, const std::string& key, const Respond& respond);
+  void work(const std::stop_token& stop);
+
+  // api_nets.cc
+  void load(const Call& call, const Respond& respond);
+  void load_now(const nlohmann::ordered_json& json, std::uint32_t fence, const Respond& respond);
+  [[nodiscard]] HttpResponse list_nets() const;
+  [[nodiscard]] HttpResponse net_state(const Call& call) const;
+  [[nodiscard]] HttpResponse net_report(const Call& call) const;
+  [[nodiscard]] HttpResponse unload(const Call& call);
+  [[nodiscard]] HttpResponse command(const Call& call, const std::string& what);
+  [[nodiscard]] HttpResponse post_rule(const Call& call);
+  [[nodiscard]] HttpResponse schedule(const Call& call);
+  [[nodiscard]] HttpResponse posted(rcc::RequestId request) const;
+
+  // api_cell.cc
+  [[nodiscard]] HttpResponse state() const;
+  [[nodiscard]] HttpResponse devices() const;
+  [[nodiscard]] HttpResponse device(const Call& call) const;
+  [[nodiscard]] HttpResponse events(const Call& call) const;
+  void steps(const Call& call, const Respond& respond);
+  [[nodiscard]] HttpResponse take_lease(const Call& call);
+  [[nodiscard]] HttpResponse renew_lease(const Call& call);
+  [[nodiscard]] HttpResponse release_lease(const Call& call);
+  [[nodiscard]] HttpResponse stop(const Call& call);
+
+  // api_channels.cc
+  [[nodiscard]] HttpResponse channels() const;
+  [[nodiscard]] HttpResponse write_channel(const Call& call);
+  [[nodiscard]] HttpResponse add_watch(const Call& call);
+  [[nodiscard]] HttpResponse read_watch(const Call& call);
+  [[nodiscard]] HttpResponse set_watch(const Call& call);
+  [[nodiscard]] HttpResponse drop_watch(const Call& call);
+
+  /// An answer that was given to a key, or is still to come.
+  struct Kept {
+    std::size_t body_hash = 0;  ///< of the request: bodies are long, and 1024 of them are kept
+    std::optional<HttpResponse> response;
+  };
+
+  HostedCell& cell_;
+  Access access_;
+  std::function<void(const std::string& line)> log_;
+  std::vector<Route> routes_;
+  std::string holder_name_;
+  std::map<std::int64_t, std::shared_ptr<rcc::Watch>> watches_;
+  std::int64_t last_watch_ = 0;
+
+  mutable std::mutex mutex_;  ///< names_, kept_, jobs_
+  std::map<rcc::NetId, std::string> names_;
+  std::map<std::string, Kept> kept_;
+  std::deque<std::string> kept_order_;
+  std::deque<std::function<void()>> jobs_;
+  std::condition_variable_any wake_;
+  std::jthread worker_;  ///< last: it uses what is above
+};
+
+/// Reads the JSON object of a request. @return it; or the problem: no JSON, another type, too deep, duplicate keys
+[[nodiscard]] std::expected<nlohmann::ordered_json, HttpResponse> read_body(const HttpRequest& request);
+/// A number in a path. @return the net; 0: it is none
+[[nodiscard]] rcc::NetId net_in(const Call& call);
+/// A value of a port or channel as nets write it; null: none.
+[[nodiscard]] nlohmann::ordered_json to_json(const std::optional<device::ChannelValue>& value);
+[[nodiscard]] nlohmann::ordered_json to_json(const rcc::WatchedValue& value);
+[[nodiscard]] nlohmann::ordered_json to_json(const LoggedEvent& event);
+[[nodiscard]] nlohmann::ordered_json to_json(const CellView& view);
+
+}  // namespace takt::serve

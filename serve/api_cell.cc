@@ -1,0 +1,264 @@
+// The cell as a whole: state, devices, events, time, lease, STOP.
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "serve/api.h"
+
+namespace takt::serve {
+namespace {
+
+using CellJson = nlohmann::ordered_json;
+
+constexpr std::int64_t kMostEvents = 4096;
+constexpr std::int64_t kMostSilence = 600'000;  // ten minutes at 1 kHz
+
+const std::vector<Field> kLeaseAnswer = {{"fence", "integer", "for the header Takt-Fence; 0: nobody holds the lease"}};
+
+CellJson joints_json(const device::JointVector& joints) {
+  CellJson list = CellJson::array();
+  for (Eigen::Index i = 0; i < joints.size(); ++i) list.push_back(joints[i]);
+  return list;
+}
+
+CellJson arm_json(const ArmView& arm) {
+  return {{"q_measured", joints_json(arm.q_measured)},
+          {"dq_measured", joints_json(arm.dq_measured)},
+          {"tau_measured", joints_json(arm.tau_measured)},
+          {"q_commanded", joints_json(arm.q_commanded)},
+          {"mode", name_of(arm.mode)},
+          {"ready", arm.ready},
+          {"at_rest", arm.at_rest},
+          {"held", arm.held},
+          {"fault", arm.fault}};
+}
+
+CellJson data_sheet(const device::ArmDescription& arm) {
+  return {{"joint_names", arm.joint_names},
+          {"lower", joints_json(arm.limits.lower)},
+          {"upper", joints_json(arm.limits.upper)},
+          {"velocity", joints_json(arm.limits.velocity)},
+          {"acceleration", joints_json(arm.limits.acceleration)},
+          {"jerk", joints_json(arm.limits.jerk)},
+          {"home", joints_json(arm.home)}};
+}
+
+template <class Map>
+void add_names(const Map& devices, const char* kind, CellJson& list) {
+  for (const auto& [name, device] : devices) list.push_back({{"name", name}, {"kind", kind}});
+}
+
+}  // namespace
+
+CellJson to_json(const LoggedEvent& event) {
+  static constexpr std::array<std::string_view, 4> kKinds = {"state", "done", "refused", "stopped"};
+  CellJson json = {{"sequence", event.sequence},
+                   {"cycle", event.cycle},
+                   {"kind", kKinds[static_cast<std::size_t>(event.event.kind)]},
+                   {"net", event.event.net},
+                   {"request", event.event.request},
+                   {"cause", name_of(event.event.cause.code)},
+                   {"text", event.event.cause.text.view()}};
+  if (event.event.kind == rcc::Event::Kind::kState) json["state"] = name_of(event.event.state);
+  return json;
+}
+
+CellJson to_json(const CellView& view) {
+  return {{"cycle", view.cycle},
+          {"time_s", to_seconds(view.time)},
+          {"digest", to_string(view.digest)},
+          {"connected", view.connected}};
+}
+
+void Api::add_cell_routes() {
+  const std::vector<Field> state_answer = {{"cycle", "integer", "the next cycle to be run"},
+                                           {"time_s", "number", "time of that cycle, s"},
+                                           {"digest", "string", "of all cycles so far"},
+                                           {"connected", "boolean", "all devices are there: nets may start"}};
+  Route state_route{.method = "GET",
+                    .path = "/v1/state",
+                    .id = "state",
+                    .summary = "Time, digest and holder of the cell.",
+                    .answer = state_answer,
+                    .handle = [this](const Call&, const Respond& respond) { respond(state()); }};
+  state_route.answer.push_back({"realtime", "boolean", "the wall clock's pace; else POST /v1/steps"});
+  state_route.answer.push_back({"holder", "integer", "fence of the lease; 0: nobody holds it"});
+  routes_.push_back(std::move(state_route));
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/devices",
+                     .id = "devices",
+                     .summary = "Names and kinds of all devices.",
+                     .answer = {{"devices", "array", "name and kind of each"}},
+                     .handle = [this](const Call&, const Respond& respond) { respond(devices()); }});
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/arms/{arm}",
+                     .id = "arm",
+                     .summary = "State and data sheet of an arm: rad or m, in the joint order of its URDF.",
+                     .answer = {{"name", "string", ""},
+                                {"cycle", "integer", "after which the state was copied"},
+                                {"state", "object", "positions, velocities, torques, mode, rest"},
+                                {"data_sheet", "object", "joints with their limits"}},
+                     .handle = [this](const Call& call, const Respond& respond) { respond(device(call)); }});
+  routes_.push_back(
+      {.method = "GET",
+       .path = "/v1/events",
+       .id = "events",
+       .summary =
+           "What has happened, in order; with `next` of one answer as `from` of the next request nothing is missed.",
+       .query = {{"from", "integer", "number of the first event", false, 1},
+                 {"most", "integer", "events in one answer", false, 1, kMostEvents}},
+       .answer = {{"events", "array", "in order, numbered without gaps"},
+                  {"next", "integer", "number to go on from"},
+                  {"lost", "boolean", "events before the first one are not kept any more"}},
+       .handle = [this](const Call& call, const Respond& respond) { respond(events(call)); }});
+  routes_.push_back({.method = "POST",
+                     .path = "/v1/steps",
+                     .id = "steps",
+                     .summary = "Lock-step: runs so many cycles and answers after the last one.",
+                     .need = Need::kHolder,
+                     .body = {{"cycles", "integer", "how many", true, 1, kMostCycles}},
+                     .answer = state_answer,
+                     .handle = [this](const Call& call, const Respond& respond) { steps(call, respond); }});
+  routes_.push_back(
+      {.method = "POST",
+       .path = "/v1/lease",
+       .id = "take_lease",
+       .summary = "Makes this client the holder; what a former one had running comes to rest on its path.",
+       .need = Need::kOperator,
+       .status = 201,
+       .body = {{"cycles", "integer", "of silence, after which everything of this client comes to rest; real time only",
+                 false, 1, kMostSilence},
+                {"take_over", "boolean", "also if somebody else holds it (default false)", false}},
+       .answer = kLeaseAnswer,
+       .handle = [this](const Call& call, const Respond& respond) { respond(take_lease(call)); }});
+  routes_.push_back({.method = "PUT",
+                     .path = "/v1/lease",
+                     .id = "renew_lease",
+                     .summary = "A sign of life of the holder; every command is one too.",
+                     .need = Need::kHolder,
+                     .answer = kLeaseAnswer,
+                     .handle = [this](const Call& call, const Respond& respond) { respond(renew_lease(call)); }});
+  routes_.push_back({.method = "DELETE",
+                     .path = "/v1/lease",
+                     .id = "release_lease",
+                     .summary = "The holder lets go; what it has running comes to rest on its path.",
+                     .need = Need::kHolder,
+                     .answer = kLeaseAnswer,
+                     .handle = [this](const Call& call, const Respond& respond) { respond(release_lease(call)); }});
+  routes_.push_back({.method = "POST",
+                     .path = "/v1/stop",
+                     .id = "stop",
+                     .summary = "STOP: ends all nets in the next cycle; arms brake within their limits.",
+                     .need = Need::kStop,
+                     .answer = {{"stopped", "boolean", "true"}},
+                     .handle = [this](const Call& call, const Respond& respond) { respond(stop(call)); }});
+}
+
+HttpResponse Api::state() const {
+  CellJson json = to_json(cell_.view());
+  json["realtime"] = cell_.realtime();
+  json["holder"] = cell_.lease().holder();
+  json["title"] = cell_.description().title;
+  return json_answer(200, json);
+}
+
+HttpResponse Api::devices() const {
+  const command::Cell& cell = cell_.built().cell;
+  CellJson list = CellJson::array();
+  add_names(cell.arms, "arm", list);
+  add_names(cell.sensors, "force/torque sensor", list);
+  add_names(cell.grippers, "gripper", list);
+  add_names(cell.changers, "tool changer", list);
+  add_names(cell.digital_inputs, "digital input", list);
+  add_names(cell.analog_inputs, "analog input", list);
+  add_names(cell.digital_outputs, "digital output", list);
+  add_names(cell.analog_outputs, "analog output", list);
+  return json_answer(200, {{"devices", list}});
+}
+
+HttpResponse Api::device(const Call& call) const {
+  const std::string& name = call.path.at("arm");
+  const CellView view = cell_.view();
+  std::vector<std::string> names;
+  for (const ArmView& arm : view.arms) {
+    names.push_back(arm.name);
+    if (arm.name != name) continue;
+    const device::Arm& known = *cell_.built().cell.arms.at(name).device;
+    return json_answer(200, {{"name", name},
+                             {"cycle", view.cycle},
+                             {"state", arm_json(arm)},
+                             {"data_sheet", data_sheet(known.description())}});
+  }
+  Diagnostics why;
+  why.error(Code::kUnknownName, "", fmt::format("the cell has no arm '{}'", name), nearest_choice(name, names));
+  return problem(404, "there is no such arm", why);
+}
+
+HttpResponse Api::events(const Call& call) const {
+  const auto value = [&call](const char* name, std::int64_t fallback) {
+    const auto found = call.query.find(name);
+    return found == call.query.end() ? fallback : found->second;
+  };
+  const auto found = cell_.events_from(value("from", 1), static_cast<std::size_t>(value("most", kMostEvents)));
+  CellJson list = CellJson::array();
+  for (const LoggedEvent& event : found.events) list.push_back(to_json(event));
+  return json_answer(200, {{"events", list}, {"next", found.next}, {"lost", found.lost}});
+}
+
+void Api::steps(const Call& call, const Respond& respond) {
+  const auto json = read_body(*call.request);
+  if (!json) return respond(json.error());
+  Diagnostics diagnostics;
+  ObjectReader reader(*json, "", diagnostics);
+  const std::int64_t cycles = reader.integer("cycles", {}, Range{.low = 1, .high = double(kMostCycles)});
+  reader.finish();
+  if (diagnostics.has_errors()) return respond(problem(422, "the request cannot be read", diagnostics));
+  if (cell_.realtime()) return respond(problem(409, "this cell runs in real time: nobody steps it"));
+  const bool taken = cell_.steps(cycles, [respond](const CellView& view) { respond(json_answer(200, to_json(view))); });
+  if (!taken) respond(problem(429, "too many orders wait: ask again"));
+}
+
+HttpResponse Api::take_lease(const Call& call) {
+  const auto json = read_body(*call.request);
+  if (!json) return json.error();
+  Diagnostics diagnostics;
+  ObjectReader reader(*json, "", diagnostics);
+  constexpr std::int64_t kSilence = 200;
+  const std::int64_t cycles = reader.integer("cycles", kSilence, Range{.low = 1, .high = double(kMostSilence)});
+  const bool take_over = reader.boolean("take_over", false);
+  reader.finish();
+  if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
+  if (cell_.lease().holder() != 0 && !take_over) {
+    diagnostics.error(Code::kConflict, "/take_over", fmt::format("'{}' holds the lease", holder_name_),
+                      "Wait, or send take_over: true");
+    return problem(409, "somebody else holds the lease", diagnostics);
+  }
+  const std::uint32_t fence = cell_.lease().grant(cell_.realtime() ? cycles : 0);
+  log_(fmt::format("'{}' has the lease, fence {}{}", call.client.name, fence,
+                   take_over && !holder_name_.empty() ? fmt::format("; before: '{}'", holder_name_) : ""));
+  holder_name_ = call.client.name;
+  return json_answer(201, {{"fence", fence}});
+}
+
+HttpResponse Api::renew_lease(const Call& call) {
+  const auto json = read_body(*call.request);
+  if (!json) return json.error();
+  Diagnostics diagnostics;
+  ObjectReader(*json, "", diagnostics).finish();
+  if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
+  return json_answer(200, {{"fence", call.fence}});
+}
+
+HttpResponse Api::release_lease(const Call& call) {
+  if (!cell_.lease().release(call.fence)) return problem(409, "the lease is not yours");
+  log_(fmt::format("'{}' has let go of the lease", call.client.name));
+  return json_answer(200, {{"fence", 0}});
+}
+
+HttpResponse Api::stop(const Call& call) {
+  cell_.core().stop_all(net::Cause::Code::kAborted, fmt::format("STOP by '{}'", call.client.name));
+  log_(fmt::format("STOP by '{}'", call.client.name));
+  return json_answer(200, {{"stopped", true}});
+}
+
+}  // namespace takt::serve
