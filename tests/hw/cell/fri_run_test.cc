@@ -1,6 +1,7 @@
 // Scenarios on an arm behind a driver, with the emulated controller in the process: the simulated run again, later by
 // the delay, and the same bits for the same seed.
 #include <algorithm>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "core/base/json.h"
 #include "hw/drivers.h"
 #include "tests/support/reports.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::cell {
 namespace {
@@ -205,6 +207,24 @@ TEST(FriSite, AddressesAndKeysOfTheCommandLineAreThoseOfASiteFile) {
   EXPECT_THAT(bind(site, "arm=fri:virtual,colour=red"), Reports(Code::kUnknownKey, "--backend/colour", {"colour"}));
 }
 
+TEST(RtdeSite, WhatIsInstalledOnAnEmulatedControllerIsCheckedWhenItIsRead) {
+  hw::add_own_drivers();
+  Site site;
+  const test::ScratchFolder folder("programs");
+  const std::string programs =
+      "arm=rtde:127.0.0.2,series=e,remote_control=false,external_control=127.0.0.1:50010,programs=";
+  EXPECT_THAT(cell::bind(site, programs + folder.path().string()),
+              Reports(Code::kNotFound, "--backend/programs", {".script"}));
+  std::ofstream(folder / "wave.script") << "def wave():\nend\n";
+  EXPECT_TRUE(cell::bind(site, programs + folder.path().string()).empty());
+  EXPECT_THAT(cell::bind(site, programs + "/nowhere"),
+              Reports(Code::kFileNotReadable, "--backend/programs", {"/nowhere"}));
+  EXPECT_THAT(cell::bind(site, "arm=rtde,remote_control=false"),
+              Reports(Code::kIncompatible, "--backend/remote_control", {"CB3"}));
+  EXPECT_THAT(cell::bind(site, "arm=rtde,external_control=robot"),
+              Reports(Code::kInvalidValue, "--backend/external_control", {"robot"}));
+}
+
 /// The schema of site files, and whether it and the reader are of one opinion about a device.
 class SiteSchema {
  public:
@@ -255,6 +275,8 @@ TEST(SiteSchema, KnowsEveryKindOfBackEnd) {
 
 TEST(SiteSchema, AgreesWithTheReaderOfEachDriver) {
   SiteSchema schema;
+  const test::ScratchFolder programs("programs");
+  std::ofstream(programs / "wave.script") << "def wave():\nend\n";
   schema.spoil_each_key_of({{"backend", "fri"},
                             {"address", "192.0.2.1:49938"},
                             {"emulated", false},
@@ -281,6 +303,9 @@ TEST(SiteSchema, AgreesWithTheReaderOfEachDriver) {
                             {"lookahead_s", 0.05},
                             {"gain", 500},
                             {"power_on", true},
+                            {"remote_control", false},
+                            {"external_control", "192.0.2.2:50010"},
+                            {"programs", programs.path().string()},
                             {"margin_ms", 2.5},
                             {"transport_ms", 0.2},
                             {"jitter_ms", 0.2}});
