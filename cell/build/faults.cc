@@ -90,14 +90,13 @@ void add_emergency_stop(const std::vector<FaultEntry>& faults, BuiltCell& built,
 
 bool Faults::latched() const { return built_.emergency_stop != nullptr && !opened_; }
 
-void Faults::apply(const Note& note) {
+void Faults::apply(Nanoseconds now, const Note& note) {
   if (built_.emergency_stop != nullptr) {
     opened_ = opened_ || !built_.emergency_stop->latched();
     // A button gives an edge: up in one cycle, down in the next.
     built_.emergency_stop->set_reset(reset_pending_ && built_.core->cycle() > 0);
     if (built_.core->cycle() > 0) reset_pending_ = false;
   }
-  const Nanoseconds now = built_.core->time();
   for (; next_ < entries_.size() && entries_[next_].at <= now; ++next_) happen(entries_[next_], now, note);
   end_pushes(now);
   end_wrong(now, note);

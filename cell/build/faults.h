@@ -29,8 +29,8 @@ class Faults {
       : entries_(entries), built_(built), seed_(seed) {}
 
   /// Before each cycle: what is due happens now. The latch is closed once before the first cycles: somebody resets it
-  /// in the morning.
-  void apply(const Note& note);
+  /// in the morning. @param now  since the machines began
+  void apply(Nanoseconds now, const Note& note);
   /// No net can start yet, or any more.
   [[nodiscard]] bool latched() const;
 

@@ -124,7 +124,7 @@ bool CellRun::step(const std::string& current) {
 }
 
 void CellRun::before_cycle() {
-  faults_.apply([this](auto name, auto text) { note("fault", name, text); });
+  faults_.apply(built_.core->time(), [this](auto name, auto text) { note("fault", name, text); });
 }
 
 bool CellRun::after_cycle() {

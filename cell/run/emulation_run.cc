@@ -31,6 +31,20 @@ void sleep_until(Nanoseconds machine) {
 
 bool on_a_wire(const Binding& binding) { return binding.own_clock(); }
 
+/// What needs the core, or lies between it and the machines, cannot happen to machines alone.
+void check_faults(const std::vector<FaultEntry>& faults, Diagnostics& diagnostics) {
+  using Kind = FaultEntry::Kind;
+  for (const FaultEntry& fault : faults) {
+    if (fault.kind == Kind::kStop || fault.kind == Kind::kRelease || fault.kind == Kind::kPush ||
+        fault.kind == Kind::kToolChanger)
+      continue;
+    diagnostics.error(
+        Code::kUnsupported, fault.pointer,
+        fmt::format("'{}' is a fault of the process with the core, not of a machine", name_of(fault.kind)),
+        "Remove it with --set, and leave it to takt run");
+  }
+}
+
 std::string name_and(const std::string& name, const std::string& why) { return fmt::format("'{}': {}", name, why); }
 
 }  // namespace
@@ -42,10 +56,12 @@ Result<std::unique_ptr<EmulationRun>> EmulationRun::create(Description descripti
   Diagnostics warnings;
   auto built = build_cell(description, models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
-  std::unique_ptr<EmulationRun> run(new EmulationRun(std::move(*built)));
+  Diagnostics diagnostics;
+  check_faults(described.faults, diagnostics);
+  std::unique_ptr<EmulationRun> run(new EmulationRun(std::move(*built), described.faults, described.seed));
   Diagnostics ignored;  // found nothing when the cell was built
   const auto devices = load_devices(described, models, ignored);
-  Diagnostics diagnostics = run->add_emulators(site, devices, described.seed);
+  diagnostics.append(run->add_emulators(site, devices, described.seed));
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return run;
 }
@@ -154,8 +170,21 @@ void EmulationRun::carry_out_commands(const Options& options) {
   }
 }
 
+/// Clients see a controller whose clock stood.
+void EmulationRun::tell_lost_time(const Options& options, Nanoseconds lost) {
+  constexpr Nanoseconds kWorthTelling = 100 * kMillisecond;
+  constexpr double kPause = 5.0;  // s between two lines
+  const double now = to_seconds(built_.world->time());
+  if (lost - lost_told_ < kWorthTelling || now < next_tell_) return;
+  next_tell_ = now + kPause;
+  tell(options, "clock",
+       fmt::format("lost {:.2f} s: this machine is too slow, or too busy", to_seconds(lost - lost_told_)));
+  lost_told_ = lost;
+}
+
 EmulationRun::Report EmulationRun::run(const Options& options) {
   constexpr std::int64_t kNewsEvery = 50;  // cycles
+  constexpr double kLostShare = 0.01;      // of the time, from which on it is worth a warning
   if (options.realtime) ask_for_realtime();
   const Nanoseconds period = built_.core->period();
   Nanoseconds origin = MonotonicClock::machine_time();
@@ -168,17 +197,25 @@ EmulationRun::Report EmulationRun::run(const Options& options) {
       origin += late * period;
     }
     sleep_until(origin + cycle * period);
+    faults_.apply(cycle * period, [&](auto what, auto text) { tell(options, std::string(what), std::string(text)); });
     for (const Emulated& one : emulators_) one.emulator->advance(cycle * period);
     if (!built_.world->step()) {
       report.diagnostics.error(Code::kSystem, {}, built_.world->divergence());
       break;
     }
     if (cycle % kNewsEvery != 0) continue;
+    tell_lost_time(options, report.overruns * period);
     tell_news(options);
     carry_out_commands(options);
   }
   tell_news(options);
   report.sim_time = to_seconds(built_.world->time());
+  const double lost = to_seconds(report.overruns * period), whole = report.sim_time + lost;
+  if (lost > kLostShare * whole) {
+    report.diagnostics.warning(Code::kOverBudget, {},
+                               fmt::format("the machines' clock lost {:.2f} of {:.2f} s", lost, whole),
+                               options.realtime ? "Run less beside it" : "Give --realtime, or run less beside it");
+  }
   return report;
 }
 

@@ -176,6 +176,37 @@ class TwoProcesses(unittest.TestCase):
         _, run = self.beside_emulator(self.run_takt, stopped_and_reset)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
+    def test_faults_of_machines_happen_to_emulated_ones_and_others_are_refused(self):
+        self.file.write_text(json.dumps(CELL | {"faults": [
+            {"at_s": 0.5, "do": "push", "body": "arm/link4", "force_N": [0, 5, 0], "seconds": 0.2},
+            {"at_s": 1.0, "do": "stop", "arm": "arm"}]}))
+        emulator = self.emulate()
+        for fault in (r"0\.500 s  push: arm/link4", r"1\.000 s  stop: arm category 1"):
+            self.assertTrue(any(re.search(fault, line) for line in emulator.stderr), fault)
+        run = self.run_takt("--set", "/faults=[]")
+        self.assertEqual(run.returncode, 3, run.stdout + run.stderr)
+        self.file.write_text(json.dumps(CELL | {"faults": [{"at_s": 1.0, "do": "emergency_stop", "category": 1}]}))
+        refused = subprocess.run([TAKT, "emulate", str(self.file), "--backend", self.backend, "--json"],
+                                 capture_output=True, text=True, timeout=60, cwd=ROOT)
+        self.assertEqual(refused.returncode, 2, refused.stderr)
+        errors = [(one["code"], one["pointer"]) for one in json.loads(refused.stdout)["diagnostics"]]
+        self.assertIn(("unsupported", "/faults/0"), errors)
+
+    def test_a_clock_that_has_lost_time_is_told(self):
+        emulator = self.emulate()
+        emulator.stderr.readline()  # what may be typed
+        emulator.send_signal(signal.SIGSTOP)
+        time.sleep(1.0)
+        emulator.send_signal(signal.SIGCONT)
+        lost = next(found for line in emulator.stderr if (found := re.search(r"clock: lost (\d+\.\d+) s", line)))
+        self.assertGreater(float(lost.group(1)), 0.5)
+        emulator.send_signal(signal.SIGINT)
+        out, err = emulator.communicate(timeout=30)
+        self.assertEqual(emulator.returncode, 0, err)
+        report = json.loads(out)
+        self.assertIn("over-budget", [one["code"] for one in report["diagnostics"]])
+        self.assertGreater(report["overruns"], 500)
+
     def test_without_a_controller_the_run_says_what_to_check(self):
         run = self.run_takt("--set", "/time_limit_s=60")
         self.assertEqual(run.returncode, 3, run.stdout)
