@@ -169,6 +169,7 @@ void Node::serve(const SdoMessage& request) {
     objects_.set(request.id, request.value);
     if (request.id == kTargetPosition) drive_->take_outputs();
   } else {
+    if (measurable_) drive_->report();  // what it measures, whether or not process data run
     answer.kind = Kind::kReadAnswer;
     answer.size = objects_.find(request.id)->size;
     answer.value = objects_.value(request.id);

@@ -91,6 +91,12 @@ TEST_F(Cia402Node, AnswersWhatItIsAskedAndNothingElse) {
   EXPECT_EQ(sdo_answer(sent[0])->value, code(SdoAbort::kUnknownCommand));
 }
 
+TEST_F(Cia402Node, TellsWhereItIsBeforeAnyProcessDataRun) {
+  node.drive().measure({.q = 0.5}, 0.0, true);
+  EXPECT_NEAR(static_cast<std::int32_t>(read(kPosition).value), 0.5 * 100.0 * (1u << 20) / (2.0 * 3.14159265358979),
+              1.0);
+}
+
 TEST_F(Cia402Node, RefusesWhatIsNotWrittenLikeThat) {
   EXPECT_EQ(write(kStatusWord, 2, 1), code(SdoAbort::kNotWritable));
   EXPECT_EQ(write(kDeviceType, 4, 1), code(SdoAbort::kNotWritable));
