@@ -44,6 +44,8 @@ std::string Client::fault_text(std::uint32_t fault) {
   switch (static_cast<Fault>(fault)) {
     case Fault::kNone:
       return {};
+    case Fault::kLost:
+      return "the connection to the coupler is lost; check its cable and its power, and reset it when it is back";
     case Fault::kNotConnected:
       return "the coupler does not answer; check its address, its cable, and that it serves Modbus TCP";
     case Fault::kStarting:
@@ -212,7 +214,7 @@ void Client::complete(Nanoseconds now) {
 }
 
 Fault Client::fault() const {
-  if (!open_) return Fault::kNotConnected;
+  if (!open_) return interrupted_ ? Fault::kLost : Fault::kNotConnected;
   if (refused_) return Fault::kRefused;
   if (interrupted_) return Fault::kInterrupted;
   return complete_ ? Fault::kNone : Fault::kStarting;

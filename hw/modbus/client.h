@@ -25,7 +25,7 @@ struct ClientOptions {
 };
 
 /// Causes of a block that is not ready (InputImage::fault).
-enum class Fault : std::uint32_t { kNone = 0, kNotConnected = 0x4D42'0001, kStarting, kRefused, kInterrupted };
+enum class Fault : std::uint32_t { kNone = 0, kNotConnected = 0x4D42'0001, kStarting, kRefused, kInterrupted, kLost };
 
 /// What was measured of a driver; counters only grow.
 struct ClientCounts {

@@ -43,6 +43,8 @@ std::string Client::fault_text(std::uint32_t fault) {
   switch (static_cast<Fault>(fault)) {
     case Fault::kNone:
       return {};
+    case Fault::kLost:
+      return "the connection to the gripper is lost; check its cable and its power";
     case Fault::kNotConnected:
       return "the gripper does not answer; check its address, its cable, and that its command interface is TCP";
     case Fault::kStarting:
@@ -144,6 +146,7 @@ void Client::ask(Command command, std::string_view payload, Nanoseconds now) {
 
 void Client::go_on(Step step, Nanoseconds now) {
   step_ = step;
+  ran_ = ran_ || step == Step::kRunning;
   switch (step) {
     case Step::kLimits:
       return ask(Command::kLimits, {}, now);
@@ -401,7 +404,7 @@ void Client::acknowledge_on_reset(Nanoseconds now) {
 Fault Client::fault() const {
   if (wrong_) return Fault::kWrongGripper;
   if (refused_) return Fault::kRefused;
-  if (step_ == Step::kIdle) return Fault::kNotConnected;
+  if (step_ == Step::kIdle) return ran_ ? Fault::kLost : Fault::kNotConnected;
   if (step_ != Step::kRunning) return Fault::kStarting;
   if ((flags_ & (kTemperatureFault | kPowerFault | kCurrentFault | kFingerFault)) != 0) return Fault::kHardware;
   if ((flags_ & kFastStopped) != 0) return Fault::kFastStop;

@@ -33,7 +33,8 @@ enum class Fault : std::uint32_t {
   kNotReferenced,  ///< the fingers have to be homed
   kFastStop,
   kHardware,  ///< power, current, temperature or a finger
-  kRefused    ///< it refused a command: the news say which, and why
+  kRefused,   ///< it refused a command: the news say which, and why
+  kLost       ///< not connected any more
 };
 
 /// What was measured of a driver; counters only grow.
@@ -152,6 +153,7 @@ class Client {
   bool part_lost_ = false;            // what a move met is gone
   bool interrupted_ = false;          // the connection broke while a command was carried out
   bool refused_ = false, wrong_ = false;
+  bool ran_ = false;            // once: it can be lost
   std::uint64_t answered_ = 0;  // the command that the gripper has accepted last
   device::GripperSample sample_;
   ClientCounts counts_;

@@ -163,6 +163,7 @@ TEST(ModbusDriver, AConnectionThatBrokeSwitchesNothingOnWithoutAReset) {
   bench.twin.network().set_cut(true);
   bench.pass(1500);
   EXPECT_FALSE(bench.twin.ready());
+  EXPECT_NE(bench.twin.fault_text().find("connection"), std::string::npos) << bench.twin.fault_text();
   EXPECT_TRUE(bench.twin.coupler().watchdog_expired());
   EXPECT_FALSE(bench.plant.lamp(1)) << "the coupler switched it off";
   EXPECT_FALSE(bench.signals->di1.has_sample()) << "too old";
