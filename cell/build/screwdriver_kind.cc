@@ -10,9 +10,9 @@
 #include "cell/file/shape_file.h"
 #include "core/base/object_reader.h"
 #include "core/device/device_file.h"
+#include "core/device/screw_thread.h"
 #include "core/device/screwdriver.h"
 #include "core/device/signal.h"
-#include "core/device/screw_thread.h"
 #include "sim/machines/screwdriver.h"
 #include "sim/model/from_model.h"
 

@@ -148,7 +148,7 @@ Key share_key() {
 FaultKind sensor_fault() {
   constexpr double kLongestDelay = 1e-3 * DeviceFault::kMaxDelayCycles;  // s, of readings once a cycle
   return fault_kind<SensorFault>(
-      "sensor",
+      "sensor", Concerns::kCore,
       {"The readings of a sensor or an input are wrong.",
        {text_key("sensor", "A force/torque sensor, a light barrier, a range finder, or an input BLOCK/TERMINAL.", 1),
         choice_key("fault", {"silent", "nan", "stuck", "bias", "noise", "delay", "value", "loss"},
@@ -171,7 +171,7 @@ FaultKind sensor_fault() {
 
 FaultKind device_fault() {
   return fault_kind<ConnectionFault>(
-      "device",
+      "device", Concerns::kCore,
       {"The connection to an arm, a base or a gripper fails, or the fingers are jammed.",
        {text_key("device", "An arm, a base or a gripper.", 1),
         choice_key("fault", {"gone", "loss", "jammed"},

@@ -37,12 +37,19 @@ struct FaultKind {
   std::string name;
   Form form;
   std::function<std::unique_ptr<Fault>(FaultReader&)> make;
+  bool of_machine = false;  ///< happens to a machine, with or without the core: to an emulated one too
 };
+
+/// kMachine: it happens to a machine, with or without the core; kCore: it needs the core, or lies between the two.
+enum class Concerns { kMachine, kCore };
 
 /// A kind whose fault is made by a constructor. @param F  Fault(FaultReader&)
 template <class F>
-[[nodiscard]] FaultKind fault_kind(std::string name, Form form) {
-  return {std::move(name), std::move(form), [](FaultReader& from) { return std::make_unique<F>(from); }};
+[[nodiscard]] FaultKind fault_kind(std::string name, Concerns concerns, Form form) {
+  return {.name = std::move(name),
+          .form = std::move(form),
+          .make = [](FaultReader& from) { return std::make_unique<F>(from); },
+          .of_machine = concerns == Concerns::kMachine};
 }
 
 /// Row "seconds". @param meaning  what holds without it

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "cell/faults/fault_kinds.h"
@@ -63,9 +64,20 @@ nlohmann::ordered_json fault_schema() {
           {"allOf", forms}};
 }
 
-void Faults::apply() {
+Diagnostics check_faults_of_machines(const std::vector<FaultEntry>& entries) {
+  Diagnostics diagnostics;
+  for (const FaultEntry& entry : entries) {
+    const FaultKind* kind = FaultKind::registry().find(entry.kind);
+    if (kind == nullptr || kind->of_machine) continue;
+    diagnostics.error(Code::kUnsupported, entry.pointer,
+                      fmt::format("'{}' is a fault of the process with the core, not of a machine", entry.kind),
+                      "Remove it with --set, and leave it to takt run");
+  }
+  return diagnostics;
+}
+
+void Faults::apply(Nanoseconds now) {
   scene_.circuit.begin_cycle();
-  const Nanoseconds now = scene_.built.core->time();
   for (; next_ < faults_.size() && faults_[next_].at <= now; ++next_) {
     Fault& fault = *faults_[next_].fault;
     fault.begin(scene_);

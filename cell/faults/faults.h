@@ -22,6 +22,9 @@ struct ScheduledFault {
 /// presses the button gets the latch behind it. Realtime: setup.
 [[nodiscard]] Result<std::vector<ScheduledFault>> make_faults(const std::vector<FaultEntry>& entries, BuiltCell& built);
 
+/// Diagnostics for faults that cannot happen to machines alone, without the core.
+[[nodiscard]] Diagnostics check_faults_of_machines(const std::vector<FaultEntry>& entries);
+
 /// Schema of one entry of "faults", all registered kinds.
 [[nodiscard]] nlohmann::ordered_json fault_schema();
 
@@ -34,8 +37,8 @@ class Faults {
   Faults(const std::vector<ScheduledFault>& faults, BuiltCell& built, std::uint64_t seed, Note note)
       : faults_(faults), scene_{.built = built, .seed = seed, .note = std::move(note)} {}
 
-  /// Before each cycle: what is due happens now.
-  void apply();
+  /// Before each cycle: what is due happens now. @param now  since the machines began
+  void apply(Nanoseconds now);
   /// No net can start yet, or any more.
   [[nodiscard]] bool latched() const { return scene_.circuit.latched(); }
 

@@ -29,7 +29,7 @@ class PushFault final : public Fault {
 
 FaultKind push_fault() {
   return fault_kind<PushFault>(
-      "push",
+      "push", Concerns::kMachine,
       {"A person pushes a body.",
        {text_key("body",
                  "DEVICE/LINK with a link of its model (arm/link7; wrist/measuring is the tool side of a "

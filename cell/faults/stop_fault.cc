@@ -111,17 +111,19 @@ class ResetFault final : public Fault {
 }  // namespace
 
 FaultKind stop_fault() {
-  return fault_kind<StopFault>("stop", {"The arm stops by itself.", {affected_arm_key(), category_key()}});
+  return fault_kind<StopFault>("stop", Concerns::kMachine,
+                               {"The arm stops by itself.", {affected_arm_key(), category_key()}});
 }
 
 FaultKind release_fault() {
   return fault_kind<ReleaseFault>(
-      "release", {"A person acknowledges the fault of an arm and opens its brakes.", {affected_arm_key()}});
+      "release", Concerns::kMachine,
+      {"A person acknowledges the fault of an arm and opens its brakes.", {affected_arm_key()}});
 }
 
 FaultKind emergency_stop_fault() {
   return fault_kind<EmergencyStopFault>(
-      "emergency_stop",
+      "emergency_stop", Concerns::kCore,
       {"The button is pressed: it concerns all arms.",
        {category_key(), number_key("brakes_after_s", "s", {.low = 0.0, .high = 60.0},
                                    "With category 1: delay after which a separate circuit closes the brakes, "
@@ -130,7 +132,8 @@ FaultKind emergency_stop_fault() {
 }
 
 FaultKind reset_fault() {
-  return fault_kind<ResetFault>("reset", {"The button is pulled, the latch is reset and all arms are released."});
+  return fault_kind<ResetFault>("reset", Concerns::kCore,
+                                {"The button is pulled, the latch is reset and all arms are released."});
 }
 
 }  // namespace takt::cell

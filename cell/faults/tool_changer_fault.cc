@@ -42,7 +42,7 @@ class ToolChangerFault final : public Fault {
 
 FaultKind tool_changer_fault() {
   return fault_kind<ToolChangerFault>(
-      "tool_changer",
+      "tool_changer", Concerns::kMachine,
       {"A tool changer has no air, or its lock opens by itself.",
        {text_key("changer", "The tool changer.", 1),
         choice_key("fault", {"no_air", "opens"}, "no_air: its lock stays as it is; opens: its lock opens by itself."),

@@ -124,7 +124,7 @@ bool CellRun::step(const std::string& current) {
   return after_cycle() && look_on(current);
 }
 
-void CellRun::before_cycle() { faults_.apply(); }
+void CellRun::before_cycle() { faults_.apply(built_.core->time()); }
 
 bool CellRun::after_cycle() {
   built_.commands->end_cycle(built_.core->cycle() - 1, built_.core->time() - built_.core->period());

@@ -33,7 +33,7 @@ class BlockedFan final : public cell::Fault {
 };
 
 cell::FaultKind blocked_fan() {
-  return cell::fault_kind<BlockedFan>("blocked_fan",
+  return cell::fault_kind<BlockedFan>("blocked_fan", cell::Concerns::kMachine,
                                       {"Something is between the blades of a fan: it stands.",
                                        {text_key("fan", "Which fan.", 1), cell::duration_key("to the end")}});
 }

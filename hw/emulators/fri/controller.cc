@@ -174,7 +174,8 @@ void Controller::try_to_start() {
   if (--start_cycles_left_ == 0) return fall_back(net::Text("friStart was given up: no good answers in time"));
   // The remote side can only mirror what it was told before: not where the arm has begun to be held in this cycle.
   if (stopping_ || held_cycles_ < kMirrorCycles || !machine_is_in_mode()) return;
-  if (window_.quality() == Quality::kUnacceptable || !has_command_) return;
+  // It goes on until the quality is unacceptable. What begins with less than ok has nothing in reserve.
+  if (window_.quality() < Quality::kOk || !has_command_) return;
   start_cycles_left_ = 0;
   if (const auto mismatch = start_mismatch()) {
     return fall_back(net::format_text("FRI interpolation error: {}", mismatch->view()));
@@ -255,7 +256,7 @@ std::optional<net::Text> Controller::wrong_motion(const Interpolator& next) cons
   const auto name = [&](int i) { return std::string_view(arm_->joint_names[static_cast<std::size_t>(i)]); };
   for (int i = 0; i < kJoints; ++i) {
     const double fastest = options_.velocity_factor * limits.velocity[i];
-    const double hardest = options_.acceleration_factor * safety_limits_ * limits.acceleration[i];
+    const double hardest = safety_limits_ * options_.acceleration[i];
     if (!(q[i] >= limits.lower[i] && q[i] <= limits.upper[i]))
       return net::format_text("joint {}: {:.4f} rad is out of range", name(i), q[i]);
     if (!(std::abs(v[i]) <= fastest))
