@@ -41,7 +41,7 @@ Api::Api(HostedCell& cell, Access access, std::function<void(const std::string& 
        .id = "openapi",
        .summary = "This description.",
        .answer = {{"openapi", "string", "version of OpenAPI"}},
-       .handle = [this](const Call&, const Respond& respond) { respond(json_answer(200, openapi(routes_))); }});
+       .handle = [this](const Call&, const Respond& respond) { respond(json_answer(200, openapi(routes_, {}, access_.needs_token()))); }});
   add_cell_routes();
   add_net_routes();
   add_command_routes();
@@ -92,7 +92,7 @@ void Api::handle(const HttpRequest& request, const Respond& respond) {
   const Match found = match(routes_, request.method, request.target);
   const bool always = found.route != nullptr && found.route->need == Need::kStop;
   Refusal refusal;
-  auto client = access_.admit(request, always, refusal);
+  auto client = access_.admit(request, always, {}, refusal);
   if (!client) return respond(problem(refusal.status, refusal.detail));
   if (found.allowed.empty()) return respond(problem(404, fmt::format("there is no '{}'", request.target)));
   if (found.route == nullptr) {
@@ -100,8 +100,8 @@ void Api::handle(const HttpRequest& request, const Respond& respond) {
     response.headers["Allow"] = found.allowed;
     return respond(std::move(response));
   }
-  Call call{.request = &request, .client = std::move(*client), .path = found.path, .query = {}};
-  if (const Diagnostics wrong = read_query(*found.route, found.query, call.query); wrong.has_errors())
+  Call call{.request = &request, .client = std::move(*client), .path = found.path, .query = {}, .texts = {}};
+  if (const Diagnostics wrong = read_query(*found.route, found.query, call); wrong.has_errors())
     return respond(problem(422, "a parameter of the query is wrong", wrong));
   dispatch(*found.route, call, respond);
 }

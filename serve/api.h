@@ -107,10 +107,4 @@ class Api {
 [[nodiscard]] std::expected<nlohmann::ordered_json, HttpResponse> read_body(const HttpRequest& request);
 /// A number in a path. @return the net; 0: it is none
 [[nodiscard]] rcc::NetId net_in(const Call& call);
-/// A value of a port or channel as nets write it; null: none.
-[[nodiscard]] nlohmann::ordered_json to_json(const std::optional<device::ChannelValue>& value);
-[[nodiscard]] nlohmann::ordered_json to_json(const rcc::WatchedValue& value);
-[[nodiscard]] nlohmann::ordered_json to_json(const LoggedEvent& event);
-[[nodiscard]] nlohmann::ordered_json to_json(const CellView& view);
-
 }  // namespace takt::serve
