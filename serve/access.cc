@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <random>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -91,7 +92,38 @@ bool Access::too_fast(const std::string& address) {
   return false;
 }
 
-std::optional<Client> Access::admit(const HttpRequest& request, bool always, Refusal& refusal) {
+std::string Tickets::give(const Client& client) {
+  std::random_device device;
+  std::string ticket;
+  for (int i = 0; i < 4; ++i) ticket += fmt::format("{:08x}", device());
+  if (given_.size() >= kMost) given_.erase(given_.begin());
+  given_.push_back({.ticket = ticket, .client = client, .until = Clock::now() + kLife});
+  return ticket;
+}
+
+std::optional<Client> Tickets::take(std::string_view ticket) {
+  const auto now = Clock::now();
+  std::erase_if(given_, [now](const Given& one) { return one.until < now; });
+  std::optional<Client> client;
+  for (const Given& one : given_)
+    if (equal_in_constant_time(one.ticket, ticket)) client = one.client;
+  std::erase_if(given_, [ticket](const Given& one) { return one.ticket == ticket; });
+  return client;
+}
+
+std::optional<Client> Access::client_of(const HttpRequest& request) const {
+  if (options_.tokens.empty()) return Client{.role = Role::kOperator, .name = request.peer};
+  std::optional<Client> client;
+  const std::string given = request.header("authorization");
+  for (const Token& token : options_.tokens)
+    if (given.starts_with(kBearer) &&
+        equal_in_constant_time(std::string_view(given).substr(kBearer.size()), token.secret))
+      client = Client{.role = token.role, .name = token.name};
+  return client;
+}
+
+std::optional<Client> Access::admit(const HttpRequest& request, bool always, std::string_view ticket,
+                                    Refusal& refusal) {
   const std::string host = request.header("host");
   const std::string origin = request.header("origin");
   const auto allowed = [this](const std::string& one) {
@@ -101,17 +133,16 @@ std::optional<Client> Access::admit(const HttpRequest& request, bool always, Ref
     refusal = {421, fmt::format("this server is not '{}'", host)};
     return {};
   }
-  if (!origin.empty() && origin != "http://" + host && origin != "https://" + host) {
+  const bool ours = origin == "http://" + host || origin == "https://" + host;
+  if (!origin.empty() && !ours && std::ranges::find(options_.origins, origin) == options_.origins.end()) {
     refusal = {403, fmt::format("pages of '{}' may not use this server", origin)};
     return {};
   }
-  std::optional<Client> client;
-  if (options_.tokens.empty()) client = Client{.role = Role::kOperator, .name = request.peer};
-  const std::string given = request.header("authorization");
-  for (const Token& token : options_.tokens)
-    if (given.starts_with(kBearer) &&
-        equal_in_constant_time(std::string_view(given).substr(kBearer.size()), token.secret))
-      client = Client{.role = token.role, .name = token.name};
+  std::optional<Client> client = ticket.empty() ? client_of(request) : tickets_.take(ticket);
+  if (!client && !ticket.empty()) {
+    refusal = {401, "this ticket was used, or is too old: get another one with POST /v1/tickets"};
+    return {};
+  }
   if (!client) {
     refusal = {401, "a token is needed: Authorization: Bearer TOKEN"};
     return {};

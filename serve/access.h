@@ -37,6 +37,28 @@ struct Client {
   std::string name;
 };
 
+/// Stands for a token once: a browser cannot send headers with a WebSocket, and an address with a token in it would lie
+/// in logs. One thread.
+class Tickets {
+ public:
+  static constexpr std::chrono::seconds kLife{30};
+  static constexpr std::size_t kMost = 256;  ///< not used yet; the oldest one goes
+
+  /// 32 hexadecimal digits that nobody can guess.
+  [[nodiscard]] std::string give(const Client& client);
+  /// @return whom it was given to; nothing: nobody, or it was used, or too long ago
+  [[nodiscard]] std::optional<Client> take(std::string_view ticket);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Given {
+    std::string ticket;
+    Client client;
+    Clock::time_point until;
+  };
+  std::vector<Given> given_;  ///< the oldest first
+};
+
 /// Why a request is turned away.
 struct Refusal {
   int status = 401;
@@ -50,13 +72,21 @@ class Access {
   struct Options {
     std::vector<Token> tokens;                                ///< empty: everybody is an operator, for loopback only
     std::vector<std::string> hosts;                           ///< allowed values of Host, with port
+    std::vector<std::string> origins = {};                    ///< of pages elsewhere that may use this server
     double requests_per_second = 10'000.0, burst = 20'000.0;  ///< of one client's address
   };
   explicit Access(Options options) : options_(std::move(options)) {}
 
   /// @param always  STOP: never refused for its rate
+  /// @param ticket  in place of a token, if there is one
   /// @return the client, or nothing and `refusal`
-  [[nodiscard]] std::optional<Client> admit(const HttpRequest& request, bool always, Refusal& refusal);
+  [[nodiscard]] std::optional<Client> admit(const HttpRequest& request, bool always, std::string_view ticket,
+                                            Refusal& refusal);
+  [[nodiscard]] bool needs_token() const { return !options_.tokens.empty(); }
+  [[nodiscard]] Tickets& tickets() { return tickets_; }
+  /// Counts a request, or a message, of this address. @return true: there are too many a second
+  [[nodiscard]] bool too_fast(const std::string& address);
+  [[nodiscard]] double requests_per_second() const { return options_.requests_per_second; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -64,9 +94,10 @@ class Access {
     double left = 0.0;
     Clock::time_point filled;
   };
-  [[nodiscard]] bool too_fast(const std::string& address);
+  [[nodiscard]] std::optional<Client> client_of(const HttpRequest& request) const;
 
   Options options_;
+  Tickets tickets_;
   std::map<std::string, Bucket, std::less<>> buckets_;  ///< by address without port
 };
 

@@ -33,20 +33,29 @@ rcc::NetId net_in(const Call& call) {
   return error == std::errc() && end == text.data() + text.size() ? net : 0;
 }
 
-Api::Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log)
-    : cell_(cell), access_(std::move(access)), log_(std::move(log)) {
-  routes_.push_back(
-      {.method = "GET",
-       .path = "/v1/openapi.json",
-       .id = "openapi",
-       .summary = "This description.",
-       .answer = {{"openapi", "string", "version of OpenAPI"}},
-       .handle = [this](const Call&, const Respond& respond) { respond(json_answer(200, openapi(routes_))); }});
+Api::Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log,
+         std::function<void(std::function<void()> work)> post)
+    : cell_(cell),
+      access_(std::move(access)),
+      log_(std::move(log)),
+      streams_(cell, access_, log_, std::move(post),
+               [this](std::function<void()> job) { return work_elsewhere(std::move(job)); }),
+      pictures_(cell) {
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/openapi.json",
+                     .id = "openapi",
+                     .summary = "This description.",
+                     .answer = {{"openapi", "string", "version of OpenAPI"}},
+                     .handle = [this](const Call&, const Respond& respond) {
+                       respond(json_answer(200, openapi(routes_, StreamSession::messages(), access_.needs_token())));
+                     }});
   add_cell_routes();
   add_net_routes();
   add_command_routes();
   add_channel_routes();
   add_watch_routes();
+  add_stream_routes();
+  add_scene_routes();
   worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
 
@@ -91,8 +100,9 @@ std::optional<HttpResponse> Api::check_need(const Route& route, Call& call) {
 void Api::handle(const HttpRequest& request, const Respond& respond) {
   const Match found = match(routes_, request.method, request.target);
   const bool always = found.route != nullptr && found.route->need == Need::kStop;
+  if (request.crowded && !always) return respond(problem(503, "there are too many connections"));
   Refusal refusal;
-  auto client = access_.admit(request, always, refusal);
+  auto client = access_.admit(request, always, {}, refusal);
   if (!client) return respond(problem(refusal.status, refusal.detail));
   if (found.allowed.empty()) return respond(problem(404, fmt::format("there is no '{}'", request.target)));
   if (found.route == nullptr) {
@@ -100,8 +110,8 @@ void Api::handle(const HttpRequest& request, const Respond& respond) {
     response.headers["Allow"] = found.allowed;
     return respond(std::move(response));
   }
-  Call call{.request = &request, .client = std::move(*client), .path = found.path, .query = {}};
-  if (const Diagnostics wrong = read_query(*found.route, found.query, call.query); wrong.has_errors())
+  Call call{.request = &request, .client = std::move(*client), .path = found.path, .query = {}, .texts = {}};
+  if (const Diagnostics wrong = read_query(*found.route, found.query, call); wrong.has_errors())
     return respond(problem(422, "a parameter of the query is wrong", wrong));
   dispatch(*found.route, call, respond);
 }
@@ -171,14 +181,17 @@ void Api::load(const Call& call, const Respond& respond) {
       respond(problem(500, "an error of the server: its log says more"));
     }
   };
-  bool full = false;
+  if (!work_elsewhere(job)) respond(problem(429, "too many nets are waiting to be read: ask again"));
+}
+
+bool Api::work_elsewhere(std::function<void()> job) {
   {
     const std::lock_guard lock(mutex_);
-    full = jobs_.size() >= kMostJobs;
-    if (!full) jobs_.emplace_back(job);
+    if (jobs_.size() >= kMostJobs) return false;
+    jobs_.push_back(std::move(job));
   }
-  if (full) return respond(problem(429, "too many nets are waiting to be read: ask again"));
   wake_.notify_one();
+  return true;
 }
 
 }  // namespace takt::serve

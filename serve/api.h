@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <expected>
 #include <functional>
 #include <map>
 #include <memory>
@@ -16,7 +17,9 @@
 
 #include "core/rcc/watch.h"
 #include "serve/hosted_cell.h"
+#include "serve/picture_maker.h"
 #include "serve/routes.h"
+#include "serve/streams.h"
 
 namespace takt::serve {
 
@@ -25,16 +28,20 @@ namespace takt::serve {
 class Api {
  public:
   /// @param log  a line about who took, lost or stopped what
-  Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log);
+  /// @param post  has something done on the thread of the server
+  Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log,
+      std::function<void(std::function<void()> work)> post);
   ~Api();
   Api(const Api&) = delete;
   Api& operator=(const Api&) = delete;
 
   void handle(const HttpRequest& request, const Respond& respond);
+  [[nodiscard]] std::expected<Upgrade, HttpResponse> upgrade(const HttpRequest& request);
   [[nodiscard]] const std::vector<Route>& routes() const { return routes_; }
 
   static constexpr std::int64_t kMostCycles = 100'000;  ///< of one order in lock-step
   static constexpr std::size_t kMostWatches = 64, kKeys = 1024;
+  static constexpr std::size_t kStreamsOfOne = 32;  ///< streams of one client
 
  private:
   void add_net_routes();
@@ -42,12 +49,15 @@ class Api {
   void add_cell_routes();
   void add_channel_routes();
   void add_watch_routes();
+  void add_stream_routes();
+  void add_scene_routes();
 
   // api.cc
   void dispatch(const Route& route, Call& call, const Respond& respond);
   [[nodiscard]] std::optional<HttpResponse> check_need(const Route& route, Call& call);
   void once_only(const Route& route, const Call& call, const std::string& key, const Respond& respond);
   void work(const std::stop_token& stop);
+  [[nodiscard]] bool work_elsewhere(std::function<void()> job);
 
   // api_nets.cc
   void load(const Call& call, const Respond& respond);
@@ -80,6 +90,11 @@ class Api {
   [[nodiscard]] HttpResponse set_watch(const Call& call);
   [[nodiscard]] HttpResponse drop_watch(const Call& call);
 
+  // api_streams.cc
+  [[nodiscard]] HttpResponse scene() const;
+  [[nodiscard]] HttpResponse mesh(const Call& call) const;
+  void picture(const Call& call, const Respond& respond);
+
   /// An answer that was given to a key, or is still to come.
   struct Kept {
     std::size_t body_hash = 0;  ///< of the request: bodies are long, and 1024 of them are kept
@@ -100,6 +115,8 @@ class Api {
   std::deque<std::string> kept_order_;
   std::deque<std::function<void()>> jobs_;
   std::condition_variable_any wake_;
+  Streams streams_;
+  PictureMaker pictures_;
   std::jthread worker_;  ///< last: it uses what is above
 };
 
@@ -107,10 +124,4 @@ class Api {
 [[nodiscard]] std::expected<nlohmann::ordered_json, HttpResponse> read_body(const HttpRequest& request);
 /// A number in a path. @return the net; 0: it is none
 [[nodiscard]] rcc::NetId net_in(const Call& call);
-/// A value of a port or channel as nets write it; null: none.
-[[nodiscard]] nlohmann::ordered_json to_json(const std::optional<device::ChannelValue>& value);
-[[nodiscard]] nlohmann::ordered_json to_json(const rcc::WatchedValue& value);
-[[nodiscard]] nlohmann::ordered_json to_json(const LoggedEvent& event);
-[[nodiscard]] nlohmann::ordered_json to_json(const CellView& view);
-
 }  // namespace takt::serve

@@ -4,6 +4,7 @@
 
 #include "core/base/object_reader.h"
 #include "serve/api.h"
+#include "serve/cell_json.h"
 
 namespace takt::serve {
 namespace {
@@ -49,26 +50,6 @@ void add_names(const Map& devices, const char* kind, CellJson& list) {
 }
 
 }  // namespace
-
-CellJson to_json(const LoggedEvent& event) {
-  static constexpr std::array<std::string_view, 4> kKinds = {"state", "done", "refused", "stopped"};
-  CellJson json = {{"sequence", event.sequence},
-                   {"cycle", event.cycle},
-                   {"kind", kKinds[static_cast<std::size_t>(event.event.kind)]},
-                   {"net", event.event.net},
-                   {"request", event.event.request},
-                   {"cause", name_of(event.event.cause.code)},
-                   {"text", event.event.cause.text.view()}};
-  if (event.event.kind == rcc::Event::Kind::kState) json["state"] = name_of(event.event.state);
-  return json;
-}
-
-CellJson to_json(const CellView& view) {
-  return {{"cycle", view.cycle},
-          {"time_s", to_seconds(view.time)},
-          {"digest", to_string(view.digest)},
-          {"connected", view.connected}};
-}
 
 void Api::add_cell_routes() {
   const std::vector<Field> state_answer = {{"cycle", "integer", "the next cycle to be run"},

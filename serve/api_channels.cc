@@ -8,6 +8,7 @@
 #include "core/base/object_reader.h"
 #include "core/net/value_json.h"
 #include "serve/api.h"
+#include "serve/cell_json.h"
 
 namespace takt::serve {
 namespace {
@@ -64,13 +65,6 @@ HttpResponse unknown_watch(const Call& call) {
 }
 
 }  // namespace
-
-ValueJson to_json(const std::optional<device::ChannelValue>& value) {
-  if (!value) return nullptr;
-  return std::visit([](const auto& one) { return net::value_to_json(one); }, *value);
-}
-
-ValueJson to_json(const rcc::WatchedValue& value) { return {{"cycle", value.cycle}, {"value", to_json(value.value)}}; }
 
 void Api::add_channel_routes() {
   routes_.push_back({.method = "GET",

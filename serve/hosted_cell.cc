@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 namespace takt::serve {
@@ -47,6 +48,7 @@ HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, std
       warnings_(std::move(warnings)),
       lease_(*built_.core) {
   run_.emplace(description_, built_, no_expectations_, faults_, options_.run);
+  add_jog_channels();
   for (const auto& [name, arm] : built_.cell.arms) fresh_.arms.push_back({.name = name});
   for (const auto& [name, channel] : built_.cell.channels) fresh_.channels.push_back({.name = name});
   copy({});
@@ -54,6 +56,27 @@ HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, std
 }
 
 HostedCell::~HostedCell() = default;
+
+void HostedCell::add_jog_channels() {
+  const auto add = [this](const std::string& name, net::ValueType type, std::string unit) {
+    auto made = device::Channel::make({.name = name, .type = type, .unit = std::move(unit)});
+    if (!made) throw std::logic_error(made.error().to_string());
+    device::Channel* channel = made->get();
+    built_.core->add(name, std::unique_ptr<net::Resource>(std::move(*made)));
+    return channel;
+  };
+  for (const auto& [name, arm] : built_.cell.arms)
+    jog_channels_[name] = {.tool = add("jog/" + name + "/tool", net::ValueType::kTwist, "m/s,rad/s"),
+                           .joints = add("jog/" + name + "/joints", net::ValueType::kJoints, "rad/s")};
+}
+
+void HostedCell::begin_cycle() {
+  const rcc::ControlCore& core = *built_.core;
+  for (const auto& [name, channels] : jog_channels_) {
+    channels.tool->begin_cycle(core.cycle(), core.time());
+    channels.joints->begin_cycle(core.cycle(), core.time());
+  }
+}
 
 bool HostedCell::interrupted() const { return options_.run.interrupt != nullptr && options_.run.interrupt->load() > 0; }
 
@@ -78,6 +101,16 @@ HostedCell::Events HostedCell::events_from(std::int64_t sequence, std::size_t mo
     found.events.push_back(log_[static_cast<std::size_t>(one - first)]);
   found.next = from + static_cast<std::int64_t>(found.events.size());
   return found;
+}
+
+std::int64_t HostedCell::next_event() const {
+  const std::lock_guard lock(mutex_);
+  return next_sequence_;
+}
+
+void HostedCell::on_news(std::function<void()> listener) {
+  const std::lock_guard lock(listener_mutex_);
+  listener_ = std::move(listener);
 }
 
 bool HostedCell::steps(std::int64_t cycles, std::function<void(const CellView& view)> done) {
@@ -116,6 +149,7 @@ void HostedCell::copy(std::span<const rcc::Event> events) {
     view.value = device::value_in(channel.description().type, channel.raw_slot());
     view.age = channel.age();
   }
+  cell::copy_picture_state(*built_.world, fresh_.picture);
   for (const rcc::Event& event : events)
     fresh_events_.push_back(
         {.sequence = 0, .cycle = event.cause.cycle >= 0 ? event.cause.cycle : core.cycle() - 1, .event = event});
@@ -123,14 +157,18 @@ void HostedCell::copy(std::span<const rcc::Event> events) {
 
 /// Outside of the loop's lock.
 void HostedCell::publish() {
-  const std::lock_guard lock(mutex_);
-  view_ = fresh_;
-  for (LoggedEvent& event : fresh_events_) {
-    event.sequence = next_sequence_++;
-    log_.push_back(std::move(event));
-    if (log_.size() > kEvents) log_.pop_front();
+  {
+    const std::lock_guard lock(mutex_);
+    view_ = fresh_;
+    for (LoggedEvent& event : fresh_events_) {
+      event.sequence = next_sequence_++;
+      log_.push_back(std::move(event));
+      if (log_.size() > kEvents) log_.pop_front();
+    }
+    fresh_events_.clear();
   }
-  fresh_events_.clear();
+  const std::lock_guard lock(listener_mutex_);
+  if (listener_) listener_();
 }
 
 bool HostedCell::clear() const {
@@ -162,6 +200,7 @@ cell::RunReport HostedCell::run() {
 }
 
 bool HostedCell::cycle_lockstep() {
+  begin_cycle();
   const bool going = run_->step({});
   lease_.after_cycle();
   copy(built_.core->events());
@@ -205,6 +244,7 @@ void HostedCell::settle_lockstep() {
 void HostedCell::run_realtime() {
   const auto loop = cell::realtime_loop(built_, options_.run);
   run_->before_cycle();  // of the first one
+  begin_cycle();
   Nanoseconds until = 0;
   const auto program = [&] {
     copy(*loop->support().events);
@@ -230,6 +270,7 @@ void HostedCell::run_realtime() {
                                        const bool going = run_->after_cycle();
                                        lease_.after_cycle();
                                        run_->before_cycle();  // of the next one
+                                       begin_cycle();
                                        return going;
                                      },
                                  .program = program,

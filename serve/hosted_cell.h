@@ -6,6 +6,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -14,6 +15,7 @@
 
 #include "cell/build/cell_builder.h"
 #include "cell/file/description.h"
+#include "cell/run/cell_camera.h"
 #include "cell/run/cell_run.h"
 #include "cell/run/session.h"
 #include "core/rcc/lease.h"
@@ -49,6 +51,14 @@ struct CellView {
     std::optional<Nanoseconds> age = {};
   };
   std::vector<Channel> channels;
+  cell::PictureState picture;  ///< where everything is, for pictures and poses
+};
+
+/// The channels by which somebody outside moves an arm by hand. They belong to the server and not to the cell: no
+/// digest has them, no list of channels names them.
+struct JogChannels {
+  device::Channel* tool = nullptr;    ///< Twist, m/s and rad/s
+  device::Channel* joints = nullptr;  ///< JointArray, rad/s or m/s
 };
 
 /// A cell with its core and without a program: whoever wants something of it asks the core directly (what is marked
@@ -77,6 +87,7 @@ class HostedCell {
 
   // -- Any thread ----------------------------------------------------------------------------------------------------
   [[nodiscard]] rcc::ControlCore& core() { return *built_.core; }
+  [[nodiscard]] Nanoseconds period() const { return built_.core->period(); }
   [[nodiscard]] const cell::BuiltCell& built() const { return built_; }
   [[nodiscard]] const cell::Description& description() const { return description_; }
   [[nodiscard]] const Diagnostics& warnings() const { return warnings_; }
@@ -92,6 +103,12 @@ class HostedCell {
     bool lost = false;
   };
   [[nodiscard]] Events events_from(std::int64_t sequence, std::size_t most) const;
+  /// The number that the next event will have.
+  [[nodiscard]] std::int64_t next_event() const;
+  /// Who is told when there is something new to see, on the thread of run(), outside of the cycle; empty: nobody.
+  void on_news(std::function<void()> listener);
+  /// Of an arm of the cell.
+  [[nodiscard]] JogChannels jog_channels(const std::string& arm) const { return jog_channels_.at(arm); }
 
   /// Lock-step: runs so many cycles, then calls `done` with the view after the last one, on the thread of run(). Orders
   /// are carried out one after the other. @return false: the cell runs in real time, or too many orders wait
@@ -109,6 +126,9 @@ class HostedCell {
   void publish();
   void run_lockstep();
   [[nodiscard]] bool cycle_lockstep();
+  void add_jog_channels();
+  /// Before each cycle, on its thread. Realtime: cyclic.
+  void begin_cycle();
   void run_realtime();
   void settle_lockstep();
 
@@ -125,6 +145,7 @@ class HostedCell {
   rcc::Lease lease_;
   std::vector<std::unique_ptr<cell::Expectation>> no_expectations_;
   std::optional<cell::CellRun> run_;
+  std::map<std::string, JogChannels, std::less<>> jog_channels_;
   std::atomic<bool> stop_asked_ = false;
   bool connected_ = false, failed_ = false;
 
@@ -136,6 +157,8 @@ class HostedCell {
   std::deque<LoggedEvent> log_;
   std::int64_t next_sequence_ = 1;
   std::deque<Order> orders_;
+  std::mutex listener_mutex_;
+  std::function<void()> listener_;
 };
 
 }  // namespace takt::serve

@@ -18,13 +18,12 @@ using Json = nlohmann::ordered_json;
 using Values = std::map<std::string, std::string, std::less<>>;
 
 const std::vector<std::pair<int, std::string>>& titles() {
-  static const std::vector<std::pair<int, std::string>> all = {{400, "Bad request"},        {401, "No valid token"},
-                                                               {403, "Not allowed"},        {404, "Not found"},
-                                                               {405, "Method not allowed"}, {409, "Conflict"},
-                                                               {413, "Request too large"},  {415, "Not JSON"},
-                                                               {421, "Wrong host"},         {422, "Invalid input"},
-                                                               {429, "Too many requests"},  {431, "Header too large"},
-                                                               {500, "Internal error"},     {503, "Busy"}};
+  static const std::vector<std::pair<int, std::string>> all = {
+      {400, "Bad request"},       {401, "No valid token"},     {403, "Not allowed"},
+      {404, "Not found"},         {405, "Method not allowed"}, {409, "Conflict"},
+      {413, "Request too large"}, {415, "Not JSON"},           {421, "Wrong host"},
+      {422, "Invalid input"},     {426, "Upgrade required"},   {429, "Too many requests"},
+      {431, "Header too large"},  {500, "Internal error"},     {503, "Busy"}};
   return all;
 }
 
@@ -153,14 +152,40 @@ Json operation_of(const Route& route) {
     operation["requestBody"] = {{"required", std::ranges::any_of(route.body, &Field::required)},
                                 {"content", {{"application/json", {{"schema", object_of(route.body, true)}}}}}};
   Json responses = Json::object();
-  responses[std::to_string(route.status)] = {
-      {"description", "As asked."}, {"content", {{"application/json", {{"schema", object_of(route.answer, false)}}}}}};
+  const bool is_json = route.media == "application/json";
+  Json& good = responses[std::to_string(route.status)] = {{"description", "As asked."}};
+  if (!route.media.empty())
+    good["content"] = {{route.media, {{"schema", is_json ? object_of(route.answer, false) : Json::object()}}}};
   for (const auto& [status, title] : titles())
     responses[std::to_string(status)] = {
         {"description", title},
         {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/Problem"}}}}}}}};
   operation["responses"] = responses;
   return operation;
+}
+
+void read_parameter(const Field& field, std::string_view given, Call& call, Diagnostics& diagnostics) {
+  if (field.type == "string") {
+    const auto plain = unescape(given);
+    if (plain) {
+      call.texts.emplace(field.name, *plain);
+    } else {
+      diagnostics.error(Code::kSyntax, "?" + field.name, fmt::format("'{}' cannot be read", given),
+                        "Write % and two hexadecimal digits");
+    }
+    return;
+  }
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(given.data(), given.data() + given.size(), value);
+  const bool is_number = error == std::errc() && end == given.data() + given.size() && !given.empty();
+  if (is_number && (!field.minimum || value >= *field.minimum) && (!field.maximum || value <= *field.maximum)) {
+    call.query.emplace(field.name, value);
+    return;
+  }
+  diagnostics.error(is_number ? Code::kOutOfRange : Code::kWrongType, "?" + field.name,
+                    fmt::format("'{}' is not possible for '{}'", given, field.name),
+                    fmt::format("Give an integer from {} to {}", field.minimum.value_or(0),
+                                field.maximum.value_or(std::numeric_limits<std::int64_t>::max())));
 }
 
 }  // namespace
@@ -181,8 +206,7 @@ Match match(std::span<const Route> routes, std::string_view method, std::string_
   return found;
 }
 
-Diagnostics read_query(const Route& route, std::string_view text,
-                       std::map<std::string, std::int64_t, std::less<>>& values) {
+Diagnostics read_query(const Route& route, std::string_view text, Call& call) {
   Diagnostics diagnostics;
   std::vector<std::string> names;
   for (const Field& field : route.query) names.push_back(field.name);
@@ -194,29 +218,33 @@ Diagnostics read_query(const Route& route, std::string_view text,
     if (field == route.query.end()) {
       diagnostics.error(Code::kUnknownKey, "?" + name, fmt::format("unknown parameter '{}'", name),
                         nearest_choice(name, names));
-      continue;
-    }
-    std::int64_t value = 0;
-    const auto [end, error] = std::from_chars(given.data(), given.data() + given.size(), value);
-    const bool is_number = error == std::errc() && end == given.data() + given.size() && !given.empty();
-    if (!is_number || (field->minimum && value < *field->minimum) || (field->maximum && value > *field->maximum)) {
-      diagnostics.error(is_number ? Code::kOutOfRange : Code::kWrongType, "?" + name,
-                        fmt::format("'{}' is not possible for '{}'", given, name),
-                        fmt::format("Give an integer from {} to {}", field->minimum.value_or(0),
-                                    field->maximum.value_or(std::numeric_limits<std::int64_t>::max())));
-      continue;
-    }
-    if (!values.emplace(name, value).second)
+    } else if (call.query.contains(name) || call.texts.contains(name)) {
       diagnostics.error(Code::kDuplicate, "?" + name, fmt::format("duplicate parameter '{}'", name), "Give it once");
+    } else {
+      read_parameter(*field, given, call, diagnostics);
+    }
   }
   for (const Field& field : route.query)
-    if (field.required && !values.contains(field.name) && !diagnostics.has_errors())
+    if (field.required && !call.query.contains(field.name) && !call.texts.contains(field.name) &&
+        !diagnostics.has_errors())
       diagnostics.error(Code::kMissing, "?" + field.name, fmt::format("parameter '{}' is missing", field.name),
                         "Add it: " + field.doc);
   return diagnostics;
 }
 
-Json openapi(std::span<const Route> routes) {
+Json messages_json(std::span<const MessageForm> messages) {
+  Json list = Json::array();
+  for (const MessageForm& one : messages)
+    list.push_back({{"op", one.op},
+                    {"from", one.from_client ? "client" : "server"},
+                    {"description", one.doc},
+                    {"schema", object_of(one.fields, one.from_client)}});
+  return list;
+}
+
+Json openapi(std::span<const Route> routes, std::span<const MessageForm> messages, bool needs_token) {
+  Json security = Json::array({Json{{"token", Json::array()}}});
+  if (!needs_token) security.push_back(Json::object());
   Json paths = Json::object();
   for (const Route& route : routes) {
     std::string method = route.method;
@@ -244,20 +272,25 @@ Json openapi(std::span<const Route> routes) {
            {{"title", "takt: a robot control core by network"},
             {"version", fmt::format("{}.{}.{}", TAKT_VERSION_MAJOR, TAKT_VERSION_MINOR, TAKT_VERSION_PATCH)}}},
           {"paths", paths},
+          {"x-takt-messages", messages_json(messages)},
           {"components",
            {{"schemas", {{"Problem", problem_schema}}},
             {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}},
-          {"security", Json::array({Json{{"token", Json::array()}}, Json::object()})}};
+          {"security", security}};
 }
 
 HttpResponse json_answer(int status, const Json& body) {
   return {.status = status, .body = body.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
 
-HttpResponse problem(int status, const std::string& detail, const Diagnostics& diagnostics) {
+Json problem_json(int status, const std::string& detail, const Diagnostics& diagnostics) {
   Json body = {{"type", "about:blank"}, {"title", title_of(status)}, {"status", status}, {"detail", detail}};
   if (!diagnostics.empty()) body["diagnostics"] = cell::to_json(diagnostics);
-  HttpResponse response = json_answer(status, body);
+  return body;
+}
+
+HttpResponse problem(int status, const std::string& detail, const Diagnostics& diagnostics) {
+  HttpResponse response = json_answer(status, problem_json(status, detail, diagnostics));
   response.content_type = "application/problem+json";
   if (status == 401) response.headers["WWW-Authenticate"] = "Bearer";
   return response;

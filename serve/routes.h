@@ -33,6 +33,7 @@ struct Call {
   Client client;
   std::map<std::string, std::string, std::less<>> path;    ///< by name of the parameter
   std::map<std::string, std::int64_t, std::less<>> query;  ///< checked against the fields
+  std::map<std::string, std::string, std::less<>> texts;   ///< likewise, of fields of type string
   std::uint32_t fence = 0;                                 ///< Need::kHolder: of the holder
 };
 
@@ -43,7 +44,7 @@ struct Route {
   Need need = Need::kLook;
   int status = 200;  ///< of a good answer
   std::vector<Field> query = {}, body = {}, answer = {};
-  std::vector<int> errors = {};  ///< beside those that every route has
+  std::string media = "application/json";  ///< of a good answer
   std::function<void(const Call& call, const Respond& respond)> handle = {};
 };
 
@@ -56,14 +57,25 @@ struct Match {
 };
 [[nodiscard]] Match match(std::span<const Route> routes, std::string_view method, std::string_view target);
 
-/// The values of a query string that a route knows, within their bounds. @return all that is wrong with it
-[[nodiscard]] Diagnostics read_query(const Route& route, std::string_view text,
-                                     std::map<std::string, std::int64_t, std::less<>>& values);
+/// Reads the values of a query string that a route knows, within their bounds. @return all that is wrong with it
+[[nodiscard]] Diagnostics read_query(const Route& route, std::string_view text, Call& call);
 
-/// The description of all routes, OpenAPI 3.1.
-[[nodiscard]] nlohmann::ordered_json openapi(std::span<const Route> routes);
+/// One row of the table of messages of the streams: what is read, and what OpenAPI says of it.
+struct MessageForm {
+  std::string op;
+  bool from_client = true;
+  std::string doc;
+  std::vector<Field> fields = {};
+};
+
+/// The description of all routes, OpenAPI 3.1, with the messages as "x-takt-messages".
+/// @param needs_token  every request has to have one
+[[nodiscard]] nlohmann::ordered_json openapi(std::span<const Route> routes, std::span<const MessageForm> messages,
+                                             bool needs_token);
 
 /// An error as RFC 9457 says: type, title, status, detail, and our diagnostics with code and JSON pointer.
+[[nodiscard]] nlohmann::ordered_json problem_json(int status, const std::string& detail,
+                                                  const Diagnostics& diagnostics = {});
 [[nodiscard]] HttpResponse problem(int status, const std::string& detail, const Diagnostics& diagnostics = {});
 [[nodiscard]] HttpResponse json_answer(int status, const nlohmann::ordered_json& body);
 

@@ -44,12 +44,14 @@ Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& op
   auto http = HttpServer::open(
       options.http,
       {.handle = [api](const HttpRequest& request, const Respond& respond) { api->get()->handle(request, respond); },
-       .refuse = [](int status, const std::string& detail) { return problem(status, detail); }});
+       .refuse = [](int status, const std::string& detail) { return problem(status, detail); },
+       .upgrade = [api](const HttpRequest& request) { return api->get()->upgrade(request); }});
   if (!http) return std::unexpected(std::move(http.error()));
   server->http_ = std::move(*http);
-  Access access({.tokens = options.tokens, .hosts = hosts_of(options, server->http_->port())});
+  Access access(
+      {.tokens = options.tokens, .hosts = hosts_of(options, server->http_->port()), .origins = options.origins});
   server->api_ = std::make_unique<Api>(
-      cell, std::move(access), options.log ? options.log : [](const std::string&) {});
+      cell, std::move(access), options.log ? options.log : [](const std::string&) {}, server->http_->poster());
   ready->set_value(server->api_.get());
   return server;
 }
@@ -59,6 +61,7 @@ Server::~Server() {
 }
 
 unsigned short Server::port() const { return http_->port(); }
+std::size_t Server::connections() const { return http_->connections(); }
 std::string Server::url() const { return fmt::format("http://{}:{}", in_url(address_), port()); }
 
 }  // namespace takt::serve

@@ -21,6 +21,7 @@ class Server {
     HttpServer::Options http = {};
     std::vector<Token> tokens = {};                         ///< needed for every address that is not loopback
     std::vector<std::string> names = {};                    ///< further names of this machine, for Host, without port
+    std::vector<std::string> origins = {};                  ///< pages elsewhere that may use the server, "https://a.b"
     std::function<void(const std::string& line)> log = {};  ///< from any thread
   };
   /// @return the server, which answers from now on; or why it cannot. Realtime: setup.
@@ -30,6 +31,8 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   [[nodiscard]] unsigned short port() const;
+  /// That are open just now, those of streams included.
+  [[nodiscard]] std::size_t connections() const;
   /// "http://127.0.0.1:8700"
   [[nodiscard]] std::string url() const;
 

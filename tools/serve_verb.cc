@@ -19,7 +19,7 @@ struct ServeArguments {
   std::string file, address = "127.0.0.1", tokens;
   int port = 8700;
   bool lockstep = false;
-  std::vector<std::string> names;
+  std::vector<std::string> names, origins;
   app::RunArguments run;
 };
 
@@ -32,6 +32,7 @@ int serve_cell(const ServeArguments& arguments, const Common& common) {
       .http = {.address = arguments.address, .port = static_cast<unsigned short>(arguments.port)},
       .tokens = {},
       .names = arguments.names,
+      .origins = arguments.origins,
       .log = [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
   if (!arguments.tokens.empty()) {
     auto tokens = serve::read_tokens(arguments.tokens);
@@ -82,6 +83,9 @@ std::pair<CLI::App*, Verb> add_serve(CLI::App& parser, Common& common) {
       ->type_name("FILE");
   verb->add_option("--host", arguments->names, "Further name of this machine that clients may use; several times")
       ->type_name("NAME")
+      ->allow_extra_args(false);
+  verb->add_option("--origin", arguments->origins, "Page elsewhere that may use the server, https://a.b; several times")
+      ->type_name("ORIGIN")
       ->allow_extra_args(false);
   auto* realtime = verb->add_flag("--realtime", arguments->run.realtime, "At the wall clock's pace (the default)");
   verb->add_flag("--lockstep", arguments->lockstep, "Time goes on only when a client says so")->excludes(realtime);

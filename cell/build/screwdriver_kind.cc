@@ -39,7 +39,7 @@ std::optional<double> bit_radius(const LoadedDevice& driver, Diagnostics& diagno
     diagnostics.append(threads.error());
     return std::nullopt;
   }
-  const device::Thread* thread = find_thread(*threads, size, reader.at("bit"), diagnostics);
+  const device::ScrewThread* thread = find_thread(*threads, size, reader.at("bit"), diagnostics);
   return thread ? std::optional(0.5 * kKeyPlay * thread->socket_width) : std::nullopt;
 }
 

@@ -25,7 +25,7 @@ Result<void> write_ppm(const Image& image, const std::filesystem::path& path) {
   return {};
 }
 
-Result<void> write_png(const Image& image, const std::filesystem::path& path) {
+Result<std::string> png_of(const Image& image) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(static_cast<std::size_t>(3) * static_cast<std::size_t>(image.width * image.height));
   for (int y = 0; y < image.height; ++y) {
@@ -36,12 +36,19 @@ Result<void> write_png(const Image& image, const std::filesystem::path& path) {
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGB;
-  // Not by the library's own file: it removes what it could not write, be it a device.
   std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
   png_alloc_size_t size = bytes.size();
   if (png_image_write_to_memory(&png, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
-    return failure(Code::kInternal, "", fmt::format("'{}' cannot be made: {}", path.string(), png.message));
-  if (Diagnostics diagnostics = write_file(path, std::string_view(bytes).substr(0, size)); diagnostics.has_errors())
+    return failure(Code::kInternal, "", fmt::format("the picture cannot be made: {}", png.message));
+  bytes.resize(size);
+  return bytes;
+}
+
+Result<void> write_png(const Image& image, const std::filesystem::path& path) {
+  const auto bytes = png_of(image);
+  if (!bytes) return std::unexpected(bytes.error());
+  // Not by the library's own file: it removes what it could not write, be it a device.
+  if (Diagnostics diagnostics = write_file(path, *bytes); diagnostics.has_errors())
     return std::unexpected(std::move(diagnostics));
   return {};
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "core/base/diagnostics.h"
@@ -47,8 +48,10 @@ class EdgeSmoother {
 /// Writes binary PPM (P6); a path that cannot be written is a diagnostic. Realtime: setup.
 [[nodiscard]] Result<void> write_ppm(const Image& image, const std::filesystem::path& path);
 
-/// Writes PNG; a path that cannot be written is a diagnostic. Same picture: same bytes, by the same library. Realtime:
-/// setup.
+/// The bytes of a PNG file. Same picture: same bytes, by the same library. Realtime: setup.
+[[nodiscard]] Result<std::string> png_of(const Image& image);
+
+/// Writes PNG; a path that cannot be written is a diagnostic. Realtime: setup.
 [[nodiscard]] Result<void> write_png(const Image& image, const std::filesystem::path& path);
 
 /// Copies `source` into `target` with its upper left corner at (left, top), inside a frame of `border` pixels; what

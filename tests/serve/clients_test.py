@@ -11,13 +11,12 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-TAKT = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
-SCENARIO = "scenarios/touch.json"
+from served import SCENARIO, Served, motion
 
+TAKT = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else None
 # What a client does that takes the lease, moves the arm and gives signs of life until something happens to it.
 MOVER = """
 import http.client, json, sys, time
@@ -42,53 +41,17 @@ while True:
 """
 
 
-class Served:
-    def __init__(self, *options):
-        self.process = subprocess.Popen([TAKT, "serve", SCENARIO, "--port", "0", *options], stderr=subprocess.PIPE, text=True)
-        while True:
-            line = self.process.stderr.readline()
-            found = re.search(r"http://127\.0\.0\.1:(\d+)", line)
-            if found or not line:
-                break
-        self.port = int(found.group(1))
-        while not self.ask("GET", "/v1/state")[1]["connected"]:
-            time.sleep(0.01)
-
-    def ask(self, method, path, body=None, **headers):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
-        if body is not None:
-            headers["Content-Type"] = "application/json"
-        connection.request(method, path, None if body is None else json.dumps(body), headers)
-        response = connection.getresponse()
-        answer = response.status, json.loads(response.read())
-        connection.close()
-        return answer
-
-    def end(self):
-        self.process.send_signal(signal.SIGINT)
-        _, errors = self.process.communicate(timeout=30)
-        return self.process.returncode, errors
-
-
-def motion():
-    """The net of a step of the scenario, which moves the arm for a second or two."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = pathlib.Path(folder) / "net.json"
-        subprocess.run([TAKT, "net", SCENARIO, "--step", "above the block", "--dump", file], check=True, capture_output=True)
-        return json.loads(file.read_text())
-
-
 class Clients(unittest.TestCase):
     def test_ctrl_c_ends_with_0(self):
         for mode in ("--realtime", "--lockstep"):
-            served = Served(mode)
+            served = Served(TAKT, mode)
             status, errors = served.end()
             self.assertEqual(status, 0, errors)
 
     def silence(self, how):
-        served = Served("--realtime")
+        served = Served(TAKT, "--realtime")
         client = subprocess.Popen([sys.executable, "-c", MOVER, str(served.port)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        json.dump(motion(), client.stdin)
+        json.dump(motion(TAKT), client.stdin)
         client.stdin.close()
         number = int(client.stdout.readline())
         client.send_signal(how)
@@ -123,7 +86,7 @@ class Clients(unittest.TestCase):
 
     def test_random_requests_get_described_answers(self):
         """Random methods, paths, headers and bodies: no error of the server, no answer that its description does not have."""
-        served = Served("--lockstep")
+        served = Served(TAKT, "--lockstep")
         paths = served.ask("GET", "/v1/openapi.json")[1]["paths"]
         generator = random.Random(41)
         values = [None, True, -1, 0, 1, 2, 7, 2**31, 2**70, 0.5, 1e300, "", "x", "arm", "wrist", "net", [], [1], {}, {"net": 1},
@@ -153,15 +116,17 @@ class Clients(unittest.TestCase):
             connection.request(method.upper(), target, None if body is None else body.encode("latin-1"), headers)
             response = connection.getresponse()
             text = response.read()
-            answer = json.loads(text)
             what = (method, target, body, response.status, text[:300])
             self.assertIn(str(response.status), operation["responses"], what)
             self.assertNotIn(response.status, (500, 503), what)
+            media = response.getheader("Content-Type")
+            self.assertIn(media, operation["responses"][str(response.status)]["content"], what)
+            answer = json.loads(text) if media.endswith("json") else {}
             if response.status >= 400:
-                self.assertEqual(response.getheader("Content-Type"), "application/problem+json", what)
+                self.assertEqual(media, "application/problem+json", what)
                 self.assertEqual(answer["status"], response.status)
             else:
-                schema = operation["responses"][str(response.status)]["content"]["application/json"]["schema"]
+                schema = operation["responses"][str(response.status)]["content"][media]["schema"]
                 self.assertLessEqual(set(schema.get("required", [])), set(answer), what)
             seen.add((method, path, response.status))
             if path == "/v1/lease" and response.status == 201:

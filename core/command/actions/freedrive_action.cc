@@ -22,9 +22,6 @@ using kinematics::JointVector;
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
 Json three(double value) { return net::value_to_json(net::Vector(net::Vector::Constant(value))); }
 
-/// Joints that are slower and change their velocity less than this are at rest, rad/s and rad/s^2.
-constexpr double kStanding = 1e-9;
-
 void check_positive(Diagnostics& diagnostics, const char* key, double value, const char* unit) {
   if (std::isfinite(value) && value > 0.0) return;
   diagnostics.error(Code::kOutOfRange, key, fmt::format("{:g} {}", value, unit),
@@ -126,13 +123,7 @@ class BySprings final : public ActionModel {
 
   /// Cancelled, the springs are at rest and stiff. @return the port.
   static std::string add_rest(expression::FragmentWriter& fragment) {
-    for (const char* port : {"dq", "ddq"}) {
-      const std::string id = std::string("largest_") + port;
-      add_linked(fragment, id, "LargestJoint", {{"input", std::string("motion.") + port}});
-      add_linked(fragment, id + "_none", "LessThan", {{"a", id + ".value"}}, {{"b", kStanding}});
-    }
-    add_linked(fragment, "standing", "And", {{"a", "largest_dq_none.value"}, {"b", "largest_ddq_none.value"}});
-    add_linked(fragment, "firm", "And", {{"a", "standing.value"}, {"b", "arm.settled"}});
+    add_linked(fragment, "firm", "And", {{"a", add_standing(fragment, "motion")}, {"b", "arm.settled"}});
     return fragment.gate_with_cancel("done", "And", "firm.value");
   }
 

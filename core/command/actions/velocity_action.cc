@@ -14,18 +14,17 @@ namespace {
 /// Joints that are slower and change their velocity less than this are at rest, rad/s and rad/s^2.
 constexpr double kStanding = 1e-9;
 
-/// It was cancelled, and the joints are at rest. @return the port.
-std::string add_rest(expression::FragmentWriter& fragment) {
+}  // namespace
+
+std::string add_standing(expression::FragmentWriter& fragment, const std::string& motion) {
   for (const char* port : {"dq", "ddq"}) {
     const std::string id = std::string("largest_") + port;
-    add_linked(fragment, id, "LargestJoint", {{"input", std::string("inverse.") + port}});
+    add_linked(fragment, id, "LargestJoint", {{"input", motion + "." + port}});
     add_linked(fragment, id + "_none", "LessThan", {{"a", id + ".value"}}, {{"b", kStanding}});
   }
   add_linked(fragment, "standing", "And", {{"a", "largest_dq_none.value"}, {"b", "largest_ddq_none.value"}});
-  return fragment.gate_with_cancel("done", "And", "standing.value");
+  return "standing.value";
 }
-
-}  // namespace
 
 double time_to_rest(const ActuatorModel& actuator, double acceleration) {
   const auto& limits = actuator.arm()->device->description().limits;
@@ -48,7 +47,7 @@ Contribution VelocityModel::add_to(expression::FragmentWriter& fragment, const A
                         .sensors = {},
                         .X_FM = actuator.arm()->X_FT,
                         .speed = speed()},
-          .done = expression::Signal::at(add_rest(fragment))};
+          .done = expression::Signal::at(fragment.gate_with_cancel("done", "And", add_standing(fragment, "inverse")))};
 }
 
 void VelocityModel::add_tool(expression::FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,

@@ -12,6 +12,9 @@ namespace takt::command {
 /// @param acceleration  share of the limits of acceleration and jerk
 [[nodiscard]] double time_to_rest(const ActuatorModel& actuator, double acceleration);
 
+/// Adds a Boolean: the joints that a primitive moves (by its outputs "dq" and "ddq") are at rest. @return its port
+[[nodiscard]] std::string add_standing(expression::FragmentWriter& fragment, const std::string& motion);
+
 /// An action that moves an arm by a wanted velocity of its tool. Cancelled, or without a velocity, the arm comes to
 /// rest.
 class VelocityModel : public ActionModel {

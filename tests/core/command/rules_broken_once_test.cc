@@ -438,6 +438,7 @@ const std::vector<takt::test::Excuse> kElsewhere = {
     {"actions/motion_action.cc", Code::kRequires, "an arm without inverse kinematics: no model has so few joints"},
     {"expression/condition.cc", Code::kUnknownName, "no shapes here; tests/cell/collisions_test.cc has the case"},
     {"frame_sensors.cc", Code::kUnknownPose, "nothing is lost here; tests/cell/belief_test.cc loses a part"},
+    {"actions/joint_jog_action.cc", Code::kOutOfRange, "joint_jog_action_test.cc has the case"},
     {"actions/compliance_action.cc", Code::kConflict, "there is one arm here; two_arms_test.cc has the case"},
 };
 

@@ -1,0 +1,232 @@
+// Streams, and what viewers need: tickets, the WebSocket, the scene with its meshes, pictures.
+#include <algorithm>
+#include <charconv>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/object_reader.h"
+#include "serve/api.h"
+
+namespace takt::serve {
+namespace {
+
+using SceneJson = nlohmann::ordered_json;
+
+constexpr std::string_view kStreamRoute = "stream";
+
+SceneJson pose_json(const Eigen::Isometry3d& X) {
+  const Eigen::Quaterniond q(X.linear());
+  const auto& p = X.translation();
+  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+}
+
+/// The figures of a shape, by their names.
+SceneJson shape_json(const cell::SceneShape& shape) {
+  using enum cell::SceneShape::Kind;
+  const auto [a, b, c] = shape.size;
+  SceneJson json;
+  switch (shape.kind) {
+    case kPlane:
+      json = {{"kind", "plane"}, {"size", {2 * a, 2 * b}}};
+      break;
+    case kSphere:
+      json = {{"kind", "sphere"}, {"radius", a}};
+      break;
+    case kCapsule:
+      json = {{"kind", "capsule"}, {"radius", a}, {"length", 2 * b}};
+      break;
+    case kEllipsoid:
+      json = {{"kind", "ellipsoid"}, {"radii", {a, b, c}}};
+      break;
+    case kCylinder:
+      json = {{"kind", "cylinder"}, {"radius", a}, {"length", 2 * b}};
+      break;
+    case kBox:
+      json = {{"kind", "box"}, {"size", {2 * a, 2 * b, 2 * c}}};
+      break;
+    case kMesh:
+      json = {{"kind", "mesh"}, {"mesh", shape.mesh}};
+      break;
+  }
+  json["pose"] = pose_json(shape.X_BS);
+  json["rgba"] = shape.rgba;
+  return json;
+}
+
+std::string mesh_bytes(const cell::SceneMesh& mesh) {
+  std::string bytes;
+  append_number(bytes, static_cast<std::uint32_t>(mesh.points.size()));
+  append_number(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& point : mesh.points)
+    for (const float part : point) append_number(bytes, part);
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t corner : triangle) append_number(bytes, corner);
+  return bytes;
+}
+
+/// Whether a list of sub-protocols, as a header has it, has this one.
+bool offers(std::string_view list, std::string_view protocol) {
+  while (!list.empty()) {
+    const std::size_t comma = std::min(list.find(','), list.size());
+    std::string_view one = list.substr(0, comma);
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    while (one.ends_with(' ')) one.remove_suffix(1);
+    if (one == protocol) return true;
+    list.remove_prefix(std::min(comma + 1, list.size()));
+  }
+  return false;
+}
+
+/// Foxglove's clients ask for the root.
+std::string stream_target(const std::string& target) {
+  const bool is_root = target == "/" || target.starts_with("/?");
+  return is_root ? "/v1/stream" + target.substr(1) : target;
+}
+
+HttpResponse upgrade_needed() {
+  HttpResponse response = problem(
+      426, fmt::format("connect with a WebSocket and a sub-protocol: {}", fmt::join(Streams::protocols(), ", ")));
+  response.headers["Upgrade"] = "websocket";
+  return response;
+}
+
+}  // namespace
+
+void Api::add_stream_routes() {
+  routes_.push_back({.method = "POST",
+                     .path = "/v1/tickets",
+                     .id = "give_ticket",
+                     .summary = "A ticket for one WebSocket, for clients that cannot send headers with it.",
+                     .status = 201,
+                     .answer = {{"ticket", "string", "good once"}, {"seconds", "integer", "for so long"}},
+                     .handle = [this](const Call& call, const Respond& respond) {
+                       const auto json = read_body(*call.request);
+                       if (!json) return respond(json.error());
+                       Diagnostics diagnostics;
+                       ObjectReader(*json, "", diagnostics).finish();
+                       if (diagnostics.has_errors())
+                         return respond(problem(422, "the request cannot be read", diagnostics));
+                       respond(json_answer(201, {{"ticket", access_.tickets().give(call.client)},
+                                                 {"seconds", Tickets::kLife.count()}}));
+                     }});
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/stream",
+                     .id = std::string(kStreamRoute),
+                     .summary = "Becomes a WebSocket with the sub-protocol takt.v1 (x-takt-messages), or Foxglove's.",
+                     .status = 101,
+                     .query = {{"ticket", "string", "in place of a token", false}},
+                     .media = "",
+                     .handle = [](const Call&, const Respond& respond) { respond(upgrade_needed()); }});
+}
+
+std::expected<Upgrade, HttpResponse> Api::upgrade(const HttpRequest& request) {
+  const Match found = match(routes_, request.method, stream_target(request.target));
+  Call call{.request = &request, .client = {}, .path = {}, .query = {}, .texts = {}};
+  Diagnostics wrong;
+  if (found.route != nullptr) wrong = read_query(*found.route, found.query, call);
+  const auto ticket = call.texts.find("ticket");
+  Refusal refusal;
+  const auto client = access_.admit(request, false, ticket == call.texts.end() ? "" : ticket->second, refusal);
+  if (!client) return std::unexpected(problem(refusal.status, refusal.detail));
+  if (found.route == nullptr || found.route->id != kStreamRoute)
+    return std::unexpected(problem(404, fmt::format("there is no WebSocket at '{}'", request.target)));
+  if (wrong.has_errors()) return std::unexpected(problem(422, "a parameter of the query is wrong", wrong));
+  if (streams_.count(client->name) >= kStreamsOfOne)
+    return std::unexpected(problem(429, fmt::format("'{}' has {} streams: close some", client->name, kStreamsOfOne)));
+  const std::string offered = request.header("sec-websocket-protocol");
+  for (const std::string& protocol : Streams::protocols()) {
+    if (!offers(offered, protocol)) continue;
+    log_(fmt::format("'{}' has a stream ({})", client->name, protocol));
+    return Upgrade{.protocol = protocol, .user = streams_.open(protocol, *client, request.peer)};
+  }
+  return std::unexpected(upgrade_needed());
+}
+
+void Api::add_scene_routes() {
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/scene",
+                     .id = "scene",
+                     .summary = "What the cell looks like: bodies with their shapes; it does not change.",
+                     .answer = {{"bodies", "array", "name, parent, pose, shapes of each"},
+                                {"moving", "array", "indices of those that may move"},
+                                {"commanded", "array", "indices of those that set points move"},
+                                {"meshes", "array", "vertices, triangles and bytes of each"},
+                                {"cameras", "array", "names"}},
+                     .handle = [this](const Call&, const Respond& respond) { respond(scene()); }});
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/scene/meshes/{mesh}",
+                     .id = "mesh",
+                     .summary = "A mesh of the scene: numbers of vertices and triangles (u32), positions (f32, m), "
+                                "corners (u32), little-endian.",
+                     .media = "application/octet-stream",
+                     .handle = [this](const Call& call, const Respond& respond) { respond(mesh(call)); }});
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/cameras/{camera}/picture",
+                     .id = "picture",
+                     .summary = "What a camera of the cell, or 'overview', sees now, as PNG.",
+                     .query = {{"width", "integer", "pixels (default 640)", false, cell::CellCamera::kLeast,
+                                cell::CellCamera::kMostWidth},
+                               {"height", "integer", "pixels (default 360)", false, cell::CellCamera::kLeast,
+                                cell::CellCamera::kMostHeight}},
+                     .media = "image/png",
+                     .handle = [this](const Call& call, const Respond& respond) { picture(call, respond); }});
+}
+
+HttpResponse Api::scene() const {
+  const cell::CellScene& scene = streams_.scene();
+  SceneJson bodies = SceneJson::array(), meshes = SceneJson::array();
+  for (const cell::SceneBody& body : scene.bodies()) {
+    SceneJson shapes = SceneJson::array();
+    for (const cell::SceneShape& shape : body.shapes) shapes.push_back(shape_json(shape));
+    bodies.push_back(
+        {{"name", body.name}, {"parent", body.parent}, {"pose", pose_json(body.X_WB)}, {"shapes", std::move(shapes)}});
+  }
+  for (const cell::SceneMesh& mesh : scene.meshes())
+    meshes.push_back({{"vertices", mesh.points.size()},
+                      {"triangles", mesh.triangles.size()},
+                      {"bytes", 8 + 12 * (mesh.points.size() + mesh.triangles.size())}});
+  return json_answer(200, {{"bodies", std::move(bodies)},
+                           {"moving", scene.moving()},
+                           {"commanded", scene.commanded()},
+                           {"meshes", std::move(meshes)},
+                           {"cameras", scene.cameras()}});
+}
+
+HttpResponse Api::mesh(const Call& call) const {
+  const std::string& text = call.path.at("mesh");
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const auto& meshes = streams_.scene().meshes();
+  if (error != std::errc() || end != text.data() + text.size() || number >= meshes.size())
+    return problem(404, fmt::format("there is no mesh '{}'", text));
+  HttpResponse response{.content_type = "application/octet-stream"};
+  response.body = mesh_bytes(meshes[number]);
+  return response;
+}
+
+void Api::picture(const Call& call, const Respond& respond) {
+  const std::string& camera = call.path.at("camera");
+  std::vector<std::string> names = streams_.scene().cameras();
+  names.emplace_back(cell::CellCamera::kOverview);
+  if (std::ranges::find(names, camera) == names.end()) {
+    Diagnostics why;
+    why.error(Code::kUnknownName, "", fmt::format("the cell has no camera '{}'", camera),
+              nearest_choice(camera, names));
+    return respond(problem(404, "there is no such camera", why));
+  }
+  const auto size = [&call](const char* name, int fallback) {
+    const auto found = call.query.find(name);
+    return found == call.query.end() ? fallback : static_cast<int>(found->second);
+  };
+  const auto done = [respond](const Result<std::string>& png) {
+    if (!png) return respond(problem(500, "the picture cannot be drawn", png.error()));
+    respond({.content_type = "image/png", .body = *png});
+  };
+  const bool taken =
+      pictures_.draw({.camera = camera, .width = size("width", 640), .height = size("height", 360), .done = done});
+  if (!taken) respond(problem(429, "a picture is being drawn just now: ask again"));
+}
+
+}  // namespace takt::serve

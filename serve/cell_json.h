@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/rcc/watch.h"
+#include "serve/hosted_cell.h"
+
+/// Values, events and the state of a cell as clients get them. Realtime: setup.
+namespace takt::serve {
+
+/// A value of a port or channel as nets write it; null: none.
+[[nodiscard]] nlohmann::ordered_json to_json(const std::optional<device::ChannelValue>& value);
+[[nodiscard]] nlohmann::ordered_json to_json(const rcc::WatchedValue& value);
+[[nodiscard]] nlohmann::ordered_json to_json(const LoggedEvent& event);
+[[nodiscard]] nlohmann::ordered_json to_json(const CellView& view);
+
+}  // namespace takt::serve
