@@ -47,7 +47,7 @@ using operations::press_outcome;
 using operations::PressOutcome;
 
 // Who does it, and what it offers.
-using activity::internal_force;
+using expression::internal_force;
 
 // How: parameters.
 using activity::BlendingCondition;

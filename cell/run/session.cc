@@ -81,17 +81,21 @@ Result<PreparedCell> prepare_cell(const Description& description, const device::
   }
   auto faults = make_faults(description.faults, *built);
   auto program = program::Program::parse(description.program, "/program", built->cell, &description.programs);
-  if (!program || !faults) {
-    Diagnostics diagnostics = faults ? Diagnostics{} : std::move(faults.error());
-    if (!program) diagnostics.append(program.error());
+  if (!program) {
+    Diagnostics diagnostics = std::move(program.error());
+    if (!faults) diagnostics.append(faults.error());
+    const auto expectations = make_expectations(description.expectations, *built, std::nullopt);
+    if (!expectations) diagnostics.append(expectations.error());
     return std::unexpected(std::move(diagnostics));
   }
   std::vector<operations::RehearsedNet> nets;
   program::Rehearsed rehearsed =
       program->rehearse(built->cell, &built->core->environment(), built->site->may_pad() ? &nets : nullptr);
+  if (!faults) rehearsed.diagnostics.append(faults.error());
   ArmGroups cooperating = cooperating_arms(nets, *built);
-  return PreparedCell{std::move(*built),    std::move(*faults),     std::move(*program),
-                      std::move(rehearsed), std::move(cooperating), std::move(warnings)};
+  return PreparedCell{std::move(*built),      faults ? std::move(*faults) : std::vector<ScheduledFault>{},
+                      std::move(*program),    std::move(rehearsed),
+                      std::move(cooperating), std::move(warnings)};
 }
 
 /// Which arms cooperate is known once the program has been played: if they are not equally late, the cell is built anew

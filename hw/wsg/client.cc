@@ -146,7 +146,6 @@ void Client::ask(Command command, std::string_view payload, Nanoseconds now) {
 
 void Client::go_on(Step step, Nanoseconds now) {
   step_ = step;
-  ran_ = ran_ || step == Step::kRunning;
   switch (step) {
     case Step::kLimits:
       return ask(Command::kLimits, {}, now);
@@ -258,6 +257,7 @@ bool Client::handle_set_up(Command command, const Answer& answer, Nanoseconds no
       handle_update(command, answer, now);
       if (++updates_asked_ < std::size(kUpdates)) break;
       step_ = Step::kRunning;
+      ran_ = true;
       // What was wanted before it is connected again is over: nothing moves by an old command.
       if (counts_.connections > 1) current_ = wanted_;
       interrupted_ = false;

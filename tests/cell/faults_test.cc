@@ -136,6 +136,15 @@ TEST(Faults, WhatIsWrongIsFoundAtOnce) {
               AllOf(Reports(Code::kOutOfRange, "/faults/0/at_s"), Reports(Code::kUnknownName, "/faults/0/do", {"stop"}),
                     Reports(Code::kUnknownKey, "/faults/1/arm"), Reports(Code::kMissing, "/faults/2", {"at_s"}),
                     Reports(Code::kOutOfRange, "/faults/2/category"), Reports(Code::kUnknownKey, "/faults/2/who")));
+  const auto rest = parse_description(R"({"devices": {"arm": {"model": "lwr4plus"}},
+      "program": {"do": "ptp", "to": {"joints_deg": [900, 0, 0, 0, 0, 0, 0]}}, "faults": [{"at_s": 1, "do": "stopp"}],
+      "expectations": [{"kind": "limit"}]})");
+  ASSERT_TRUE(rest) << rest.error().to_string();
+  const auto all = Session::create(*rest, device::ModelLibrary({"models"}));
+  ASSERT_FALSE(all);
+  EXPECT_THAT(all.error(),
+              AllOf(Reports(Code::kUnknownName, "/faults/0/do"), Reports(Code::kUnknownName, "/expectations/0/kind"),
+                    ReportsAnywhere(Code::kOutOfRange)));
   EXPECT_THAT(why(R"([{"at_s": 1, "do": "emergency_stop", "category": 2, "brakes_after_s": 1}])"),
               Reports(Code::kConflict, "/faults/0/brakes_after_s"));
   EXPECT_THAT(why(R"([{"at_s": 1, "do": "stop", "arm": "amr"}])"),

@@ -65,6 +65,8 @@ void Node::fill_communication() {
 void Node::restart(Nanoseconds now) {
   state_ = NmtState::kBootUp;
   brakes_ = drive_->at(now).dq != 0.0;
+  used_ = came_ = 0;
+  targeted_ = false;
   fill_dictionary();
   master_heard_ = -1;
   pass(now);
@@ -114,6 +116,8 @@ void Node::obey(NmtCommand command, Nanoseconds now) {
 void Node::leave_operation(NmtState state, Nanoseconds now) {
   const bool led = state_ == NmtState::kOperational && drive_->state() == DriveState::kOperationEnabled;
   state_ = state;
+  used_ = came_ = 0;
+  targeted_ = false;
   if (led) drive_->fail(kErrorOutputsMissing, now);
 }
 
@@ -212,7 +216,8 @@ std::optional<SdoAbort> Node::refuse_mapping(const SdoMessage& request) const {
 // -- Process data
 // ------------------------------------------------------------------------------------------------------
 
-/// A set point is there with its target, in whichever message that is mapped.
+/// A set point is there with its target, in whichever message that is mapped, and with all messages that this master
+/// has sent so far: of a new target with an old velocity nobody knows what is meant.
 void Node::take_outputs(const CanFrame& frame) {
   for (const std::uint16_t number : {0, 1}) {
     const std::uint32_t id = objects_.value({static_cast<std::uint16_t>(kOutputParameters + number), 1});
@@ -226,14 +231,19 @@ void Node::take_outputs(const CanFrame& frame) {
     for (std::uint8_t i = 1; i <= count; ++i) {
       const MappedObject entry = mapped(objects_.value({mapping, i}));
       objects_.set(entry.id, get(frame.data, at, entry.bits / 8));
-      if (entry.id == kTargetPosition) drive_->take_outputs();
+      targeted_ = targeted_ || entry.id == kTargetPosition;
       at += entry.bits / 8;
     }
+    came_ |= 1u << number;
+    used_ |= 1u << number;
   }
+  if (targeted_ && came_ == used_) drive_->take_outputs();
 }
 
 void Node::begin_cycle(Nanoseconds now) {
   if (!measurable_ || state_ != NmtState::kOperational) return;
+  came_ = 0;
+  targeted_ = false;
   drive_->begin_cycle(now);
   drive_->report();
   send_errors();

@@ -57,6 +57,8 @@ class Node {
   std::unique_ptr<Drive> drive_;
   NmtState state_ = NmtState::kBootUp;
   bool measurable_ = false, brakes_ = false;
+  unsigned used_ = 0, came_ = 0;  // messages with outputs that this master sends; of these, since SYNC
+  bool targeted_ = false;         // one of the latter had the target
   Nanoseconds next_heartbeat_ = 0, master_heard_ = -1;
 };
 

@@ -301,9 +301,13 @@ void Controller::fall_back(const net::Text& why) {
   stop_motion();
 }
 
-/// Brakes within the limits from where the arm is told to be now: at the end of the last cycle.
+/// Brakes within the limits from where the arm is told to be now: at the end of the last cycle. What a remote side asks
+/// for may be harder than the model allows; drives that brake do not first bring that down within its jerk.
 void Controller::stop_motion() {
-  ramp_ = device::BrakeRamp(interpolator_.at(cycle_), arm_->limits);
+  motion::JointSample from = interpolator_.at(cycle_);
+  const auto& hardest = arm_->limits.acceleration;
+  for (int i = 0; i < kJoints; ++i) from.ddq[i] = std::clamp(from.ddq[i], -hardest[i], hardest[i]);
+  ramp_ = device::BrakeRamp(from, arm_->limits);
   ramp_begin_ = begun_;
   stopping_ = true;
   compliance_.feed_forward.setZero();

@@ -31,9 +31,9 @@ struct ControllerOptions {
   bool running = true;                ///< begins with brakes open; else without power
   bool remote_control = true;         ///< e-Series accept programs only so
   Nanoseconds uptime = 60 * kSecond;  ///< what its clock shows at the beginning; clients take less for booting
-  std::map<std::string, std::string> programs;   ///< installed ones: "/programs/NAME.urp", and their scripts
-  std::optional<hw::Endpoint> external_control;  ///< client of the URCap; null: it is not installed
-  int fresh_packages = 0;                        ///< a fault: RTDE repeats a package after so many new ones; 0: never
+  std::map<std::string, std::string> programs = {};   ///< installed ones: "/programs/NAME.urp", and their scripts
+  std::optional<hw::Endpoint> external_control = {};  ///< client of the URCap; null: it is not installed
+  int fresh_packages = 0;  ///< a fault: RTDE repeats a package after so many new ones; 0: never
 };
 
 /// What the joints do, as the controller measures it.

@@ -69,7 +69,7 @@ std::vector<BrokenActivity> names() {
          operations::MotionTask task;
          task.kind = operations::PathKind::kLin;
          task.arm = "amr";
-         planned_motion(cell.program, task).execute();
+         app::planned_motion(cell.program, task).execute();
        },
        "/amr LIN/arm",
        Code::kUnknownName,

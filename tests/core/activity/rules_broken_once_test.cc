@@ -81,7 +81,7 @@ void expect_told(const Diagnostics& diagnostics, const std::string& place, Code 
   for (const Diagnostic& diagnostic : diagnostics.list()) {
     if (diagnostic.severity != Severity::kError) continue;
     all_said().insert(diagnostic.message);
-    EXPECT_FALSE(diagnostic.hint.empty()) << "no hint: " << program::to_string(diagnostic);
+    EXPECT_FALSE(diagnostic.hint.empty()) << "no hint: " << to_string(diagnostic);
   }
   EXPECT_THAT(diagnostics, takt::test::Reports(code, place, names));
 }

@@ -46,7 +46,7 @@ class LeftTransactionTest : public test::CommandStepTest {
     const auto moves = [](double speed) { return speed > 1e-4; };
     const auto first = std::ranges::find_if(speeds, moves);
     const auto last = std::find_if(speeds.rbegin(), speeds.rend(), moves).base();
-    return static_cast<int>(std::count_if(first, last, [&](double one) { return !expression::moves(one); }));
+    return static_cast<int>(std::count_if(first, last, [&](double one) { return !moves(one); }));
   }
 };
 

@@ -144,10 +144,10 @@ TEST_F(PairCommandTest, TheGraspIsTakenWhereACommandBegins) {
 TEST_F(PairCommandTest, GuardedByAForceTheyTouch) {
   const std::string guarded = R"(, "start": true, "velocity_m_s": 0.05, "until": )" + squeezed(20);
   const Eigen::Vector3d from = tool();
-  ASSERT_EQ(run(activity::sequence(tree(lin("up", "0, 0, 0.1", guarded)) +
-                                   R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
-                [&](int, program::ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 0.0); }),
-            Progress::kDone)
+  ASSERT_EQ(
+      run(sequence(tree(lin("up", "0, 0, 0.1", guarded)) + R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
+          [&](int, program::ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 0.0); }),
+      Progress::kDone)
       << diagnostics.to_string();
   EXPECT_TRUE(variables.contacts.contains("c"));
   EXPECT_LT(apart, 1e-9);
@@ -261,8 +261,8 @@ TEST_F(PairCommandTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
 /// The rehearsal takes both to the end of the transaction, and counts its time.
 TEST_F(PairCommandTest, TheRehearsalKnowsWhereBothEnd) {
   const Eigen::Vector3d from = tool();
-  ASSERT_EQ(run(activity::sequence(tree(kCorner) + "," + both("down", "0, -0.1, -0.1", "") + "," +
-                                   R"({"do": "lin", "arm": "right", "to": {"by_m": [0, 0, 0.02]}})")),
+  ASSERT_EQ(run(sequence(tree(kCorner) + "," + both("down", "0, -0.1, -0.1", "") + "," +
+                         R"({"do": "lin", "arm": "right", "to": {"by_m": [0, 0, 0.02]}})")),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_LT((tool() - from).norm(), 1e-8);

@@ -20,8 +20,7 @@ class PairStepTest : public test::PairProgramTest {};
 
 TEST_F(PairStepTest, P5_MotionsInOneFileAreOneAndKeepBothTogether) {
   const Eigen::Vector3d from = tool();
-  ASSERT_EQ(run(activity::sequence(both("up", "0, 0, 0.1") + "," + both("last", "0, 0.1, 0") + "," + kArc)),
-            Progress::kDone)
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.1") + "," + both("last", "0, 0.1, 0") + "," + kArc)), Progress::kDone)
       << diagnostics.to_string();
   EXPECT_THAT(rehearsed.list(), IsEmpty());
   EXPECT_LT(apart, 1e-9);
@@ -39,8 +38,8 @@ TEST_F(PairStepTest, P5_TheyGoOnOverWhateverDecidesWhatComesNext) {
     SCOPED_TRACE(one);
     log.clear();
     const Eigen::Vector3d from = tool();
-    ASSERT_EQ(run(activity::sequence(both("up", "0, 0, 0.05") + "," + one + both("last", "0, 0.05, 0") + "," + one +
-                                     both("back", "0, -0.05, -0.05", ""))),
+    ASSERT_EQ(run(sequence(both("up", "0, 0, 0.05") + "," + one + both("last", "0, 0.05, 0") + "," + one +
+                           both("back", "0, -0.05, -0.05", ""))),
               Progress::kDone)
         << diagnostics.to_string();
     EXPECT_LT(apart, 1e-9);
@@ -66,7 +65,7 @@ TEST_F(PairStepTest, WhatIsNoMotionOfTheSameTwoWaitsForTheEnd) {
   const std::string one = R"({"do": "lin", "arm": "right", "name": "alone", "to": {"by_m": [0, 0, 0.02]})";
   const auto at_its_begin = [&](const std::string& steps, const char* name) {
     double speed_then = -1.0;
-    EXPECT_EQ(run(activity::sequence(steps),
+    EXPECT_EQ(run(sequence(steps),
                   [&](int, program::ProgramRunner& runner) {
                     if (speed_then < 0.0 && runner.current() == name) speed_then = speed("left") + speed("right");
                   }),
@@ -90,8 +89,8 @@ TEST_F(PairStepTest, EveryProgramLatencyGivesARightProgram) {
     SCOPED_TRACE(cycles_of_latency);
     latency = cycles_of_latency;
     const Eigen::Vector3d from = tool();
-    ASSERT_EQ(run(activity::sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0") + "," + kLog +
-                                     both("back", "0, -0.08, -0.08", ""))),
+    ASSERT_EQ(run(sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0") + "," + kLog +
+                           both("back", "0, -0.08, -0.08", ""))),
               Progress::kDone)
         << diagnostics.to_string();
     EXPECT_LT(apart, 1e-9);
@@ -102,15 +101,14 @@ TEST_F(PairStepTest, EveryProgramLatencyGivesARightProgram) {
 
 // Rows L6, P2: wherever they are cancelled, both come to rest on the path, together.
 TEST_F(PairStepTest, L6_ACancelAtAnyCycleStopsBothOnThePath) {
-  const program::Program tree = good(activity::sequence(
-      both("up", "0, 0, 0.06") + "," + kLog + both("aside", "0, 0.06, 0") + "," + both("back", "0, -0.06, -0.06", "")));
+  const program::Program tree = good(sequence(both("up", "0, 0, 0.06") + "," + kLog + both("aside", "0, 0.06, 0") +
+                                              "," + both("back", "0, -0.06, -0.06", "")));
   cancel_at_every(70, tree);
   expect_good_end();
 }
 
 TEST_F(PairStepTest, P2_APauseStopsBothAndTheyGoOn) {
-  const program::Program tree =
-      good(activity::sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0", "")));
+  const program::Program tree = good(sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0", "")));
   const Eigen::Vector3d from = tool();
   double paused = -1.0;
   ASSERT_EQ(run(tree,
@@ -132,7 +130,7 @@ TEST_F(PairStepTest, P2_APauseStopsBothAndTheyGoOn) {
 TEST_F(PairStepTest, AnInternalForceIsALimitThatFailsTheStep) {
   const auto squeeze_later = [this](int cycle, program::ProgramRunner&) { squeeze(cycle > 300 ? 30.0 : 5.0); };
   const Eigen::Vector3d from = tool();
-  ASSERT_EQ(run(activity::sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))), squeeze_later),
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))), squeeze_later),
             Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0/abort_if")) << diagnostics.to_string();
   EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/steps/0/abort_if", {"abort_if"}));
@@ -140,7 +138,7 @@ TEST_F(PairStepTest, AnInternalForceIsALimitThatFailsTheStep) {
   EXPECT_GT(tool().z(), from.z() + 0.005);
   EXPECT_LT(tool().z(), from.z() + 0.1);
   expect_good_end();
-  EXPECT_EQ(run(activity::sequence(both("down", "0, 0, -0.01", unless(40))), squeeze_later), Progress::kDone)
+  EXPECT_EQ(run(sequence(both("down", "0, 0, -0.01", unless(40))), squeeze_later), Progress::kDone)
       << "30 N are not 40: " << diagnostics.to_string();
 }
 
@@ -164,8 +162,8 @@ TEST_F(PairStepTest, AnInternalForceIsHandledByATry) {
 /// once it is over.
 TEST_F(PairStepTest, ALimitHoldsUntilItsMotionIsOverAndNoLonger) {
   const std::string first = both("up", "0, 0, 0.12", R"(, "velocity_m_s": 0.1, "blend_m": 0.02)" + unless(20));
-  const program::Program joined = good(activity::sequence(first + "," + both("aside", "0, 0.1, 0", "")));
-  const program::Program apart_in_file = good(activity::sequence(first + "," + kLog + both("aside", "0, 0.1, 0", "")));
+  const program::Program joined = good(sequence(first + "," + both("aside", "0, 0.1, 0", "")));
+  const program::Program apart_in_file = good(sequence(first + "," + kLog + both("aside", "0, 0.1, 0", "")));
   for (const program::Program* tree : {&joined, &apart_in_file}) {
     SCOPED_TRACE(tree == &joined ? "one net" : "taken over");
     for (const bool in_time : {true, false}) {
@@ -189,7 +187,7 @@ TEST_F(PairStepTest, ALimitHoldsUntilItsMotionIsOverAndNoLonger) {
 }
 
 TEST_F(PairStepTest, ASilentSensorIsNoForceAndStopsThem) {
-  ASSERT_EQ(run(activity::sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))),
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))),
                 [this](int cycle, program::ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
             Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/steps/0/abort_if"));
@@ -200,23 +198,22 @@ TEST_F(PairStepTest, ASilentSensorIsNoForceAndStopsThem) {
 TEST_F(PairStepTest, GuardedByAForceTheyTouch) {
   const auto touches = [this](int, program::ProgramRunner&) { squeeze(tool().z() > 0.0 ? 30.0 : 0.0); };
   const std::string guarded = R"(, "velocity_m_s": 0.05, "until": )" + squeezed(20);
-  ASSERT_EQ(run(activity::sequence(both("up", "0, 0, 0.1", guarded) +
-                                   R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
+  ASSERT_EQ(run(sequence(both("up", "0, 0, 0.1", guarded) + R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
                 touches),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_TRUE(variables.contacts.contains("c"));
   EXPECT_LT(apart, 1e-9);
   squeeze(0.0);
-  EXPECT_EQ(run(activity::sequence(both("down", "0, 0, -0.02", guarded))), Progress::kFailed);
+  EXPECT_EQ(run(sequence(both("down", "0, 0, -0.02", guarded))), Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/steps/0/until"));
-  EXPECT_EQ(run(activity::sequence(both("up", "0, 0, 0.02", guarded + R"(, "on_end": "continue")"))), Progress::kDone);
+  EXPECT_EQ(run(sequence(both("up", "0, 0, 0.02", guarded + R"(, "on_end": "continue")"))), Progress::kDone);
   expect_good_end();
 }
 
 // Row D3: a pair motion that was left open is begun again, from where both are.
 TEST_F(PairStepTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
-  const program::Program tree = good(activity::sequence(
+  const program::Program tree = good(sequence(
       R"({"do": "lin", "arm": "left", "follower": "right", "name": "up", "blend_m": 0.02,
           "to": {"in": "world", "position_m": [0.56, 0, 1.05]}},)" +
       std::string(kLog) +
@@ -262,7 +259,7 @@ TEST_F(PairStepTest, P5_BothGiveWayAlikeAndBlendWithEqualSprings) {
       EXPECT_TRUE(had(800)) << name;
     }
     const std::string back = R"({"do": "control_mode", "mode": "position", "arm": )";
-    EXPECT_EQ(run(activity::sequence(back + R"("left"}, )" + back + R"("right"})")), Progress::kDone);
+    EXPECT_EQ(run(sequence(back + R"("left"}, )" + back + R"("right"})")), Progress::kDone);
   }
   expect_good_end();
 }
@@ -279,9 +276,8 @@ TEST_F(PairStepTest, InATransactionBothGiveWayToo) {
 }
 
 TEST_F(PairStepTest, TheArmThatIsNotInTheModeIsNamed) {
-  const Diagnostics one =
-      wrong(activity::sequence(R"({"do": "control_mode", "mode": "cartesian_impedance", "arm": "left"}, )" +
-                               both("up", "0, 0, 0.02", pair_springs(800))));
+  const Diagnostics one = wrong(sequence(R"({"do": "control_mode", "mode": "cartesian_impedance", "arm": "left"}, )" +
+                                         both("up", "0, 0, 0.02", pair_springs(800))));
   EXPECT_THAT(pointers(one), ElementsAre("/program/steps/1/compliance")) << one.to_string();
   EXPECT_THAT(one, Reports(Code::kNotPossibleNow, "/program/steps/1/compliance", {"right", "cartesian_impedance"}));
   const Diagnostics too_stiff = wrong(on_springs(both("up", "0, 0, 0.02", pair_springs(6000))));
@@ -291,10 +287,9 @@ TEST_F(PairStepTest, TheArmThatIsNotInTheModeIsNamed) {
 }
 
 TEST_F(PairStepTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
-  const Diagnostics far = wrong(activity::sequence(both("aside", "-0.1, 0.55, 0", "")));
+  const Diagnostics far = wrong(sequence(both("aside", "-0.1, 0.55, 0", "")));
   EXPECT_THAT(pointers(far), Contains("/program/steps/0/follower")) << far.to_string();
-  const Diagnostics alone =
-      wrong(activity::sequence(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}})"));
+  const Diagnostics alone = wrong(sequence(R"({"do": "lin", "arm": "left", "to": {"by_m": [-0.1, 0.55, 0]}})"));
   EXPECT_FALSE(alone.has_errors()) << "the leader could: " << alone.to_string();
 }
 

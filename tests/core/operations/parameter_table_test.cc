@@ -21,7 +21,7 @@ using takt::test::Reports;
 
 using ::testing::ElementsAre;
 using Json = nlohmann::ordered_json;
-using program::Type = ParameterInfo::Type;
+using Type = ParameterInfo::Type;
 
 /// A cell of which only the names are known.
 expression::Cell named_cell() {
@@ -56,8 +56,7 @@ TEST(Operations, EveryKeyNamesItsUnit) {
 
 TEST(Operations, NoKeyWithoutAUnitLooksAsIfItHadOne) {
   for (const ParameterInfo& one : all_parameters()) {
-    const bool counts =
-        one.type == program::Type::kNumber || one.type == program::Type::kVector || one.type == program::Type::kNumbers;
+    const bool counts = one.type == Type::kNumber || one.type == Type::kVector || one.type == Type::kNumbers;
     if (!counts || !one.unit.empty()) continue;
     for (const char* suffix : {"_m", "_s", "_N", "_Nm", "_deg", "_kg", "_m_s", "_deg_s"})
       EXPECT_FALSE(one.key.ends_with(suffix)) << one.key;

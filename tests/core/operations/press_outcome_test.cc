@@ -16,7 +16,7 @@ class PressOutcomeTest : public test::ActivityTest {
   /// From above the block, tared. @param at_cycle  called before each cycle of the press, with its number
   activity::RunPtr press(PressParameters parameters,
                          const std::function<void(int, activity::ActivityRun&)>& at_cycle = {}) {
-    EXPECT_EQ(ActivityTest::run(activity::sequence(R"({"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.034],
+    EXPECT_EQ(ActivityTest::run(sequence(R"({"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.034],
                                              "rpy_deg": [180, 0, 0]}}, {"do": "tare", "cycles": 20})")),
               Progress::kDone);
     parameters.direction = {0.0, 0.0, -1.0};

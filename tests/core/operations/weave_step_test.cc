@@ -76,7 +76,7 @@ class WeaveStepTest : public test::ActivityTest {
 };
 
 TEST_F(WeaveStepTest, ASeamWithOneWeaveNeverStopsInItsCorners) {
-  const program::Program program = good(activity::sequence(seam(kWeave, kWeave, kWeave)));
+  const program::Program program = good(sequence(seam(kWeave, kWeave, kWeave)));
   const program::Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
   EXPECT_EQ(rehearsal.diagnostics.to_string(), "");
   ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
@@ -91,7 +91,7 @@ TEST_F(WeaveStepTest, ASeamWithOneWeaveNeverStopsInItsCorners) {
 }
 
 TEST_F(WeaveStepTest, WithNoneBetweenAndAnotherAfterwards) {
-  ASSERT_EQ(run(activity::sequence(seam(kWeave, "", kOther))), Progress::kDone) << diagnostics.to_string();
+  ASSERT_EQ(run(sequence(seam(kWeave, "", kOther))), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(slowest(), 0.6 * 0.08);
   EXPECT_GT(swing(0), 0.0012);
   EXPECT_LT(swing(1), 1e-8);
@@ -102,7 +102,7 @@ TEST_F(WeaveStepTest, WithNoneBetweenAndAnotherAfterwards) {
 }
 
 TEST_F(WeaveStepTest, IntoItAndOutOfItByMotionsOfJoints) {
-  const std::string program = activity::sequence(
+  const std::string program = sequence(
       R"({"do": "ptp", "name": "to", "to": {"in": "block", "position_m": [0, -0.06, 0.2]}, "blend_m": 0.02},)" +
       lin("seam", "0, 0.06, 0.2", std::string(kWeave) + R"(, "blend_m": 0.02)") +
       R"(, {"do": "ptp", "name": "home", "to": "home"})");
@@ -117,13 +117,13 @@ TEST_F(WeaveStepTest, IntoItAndOutOfItByMotionsOfJoints) {
 
 // Rows L6, P2.
 TEST_F(WeaveStepTest, L6_P2_CancelAtEveryTenthCycleLeavesTheArmAtRestInsideItsLimits) {
-  const program::Program program = good(activity::sequence(seam(kWeave, "", kOther)));
+  const program::Program program = good(sequence(seam(kWeave, "", kOther)));
   cancel_at_every_tenth_cycle(program);
 }
 
 // Row D3: the steps that became one motion are begun again from where the arm is.
 TEST_F(WeaveStepTest, D3_ASnapshotInASeamBeginsItAgain) {
-  const program::Program program = good(activity::sequence(seam(kWeave, kWeave, kOther)));
+  const program::Program program = good(sequence(seam(kWeave, kWeave, kOther)));
   std::string text;
   ASSERT_EQ(run(program,
                 [&](int, program::ProgramRunner& runner) {
@@ -146,7 +146,7 @@ TEST_F(WeaveStepTest, D3_ASnapshotInASeamBeginsItAgain) {
 }
 
 TEST_F(WeaveStepTest, P2_PausedAndSlowedAnywhereItGoesOnWhereItWas) {
-  const program::Program program = good(activity::sequence(seam(kWeave, kWeave, kOther)));
+  const program::Program program = good(sequence(seam(kWeave, kWeave, kOther)));
   ASSERT_EQ(run(program,
                 [this](int cycle, program::ProgramRunner&) {
                   (void)fake.speed->write(cycle % 700 < 200 ? 0.0 : cycle % 1100 < 500 ? 0.4 : 1.0);
@@ -160,22 +160,22 @@ TEST_F(WeaveStepTest, P2_PausedAndSlowedAnywhereItGoesOnWhereItWas) {
 
 TEST_F(WeaveStepTest, WhereTheRunDecidesWhatComesNextItBeginsAndEndsAtRest) {
   const std::string branch = R"({"do": "branch", "cases": [{"when": "$1 < 2", "steps": []}]})";
-  const std::string out = activity::sequence(kApproach + lin("one", kFirst, std::string(kWeave) + kBlend) + "," +
-                                             branch + "," + lin("two", kSecond, ""));
+  const std::string out = sequence(kApproach + lin("one", kFirst, std::string(kWeave) + kBlend) + "," + branch + "," +
+                                   lin("two", kSecond, ""));
   const Diagnostics left = rehearsed(out);
   EXPECT_THAT(pointers(left), ElementsAre("/program/steps/1"));
   EXPECT_THAT(left, Notes("/program/steps/1"));
   ASSERT_EQ(run(out), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(standing_cycles(), 0);
   const std::string into =
-      activity::sequence(kApproach + lin("one", kFirst, kBlend) + "," + branch + "," + lin("two", kSecond, kWeave));
+      sequence(kApproach + lin("one", kFirst, kBlend) + "," + branch + "," + lin("two", kSecond, kWeave));
   EXPECT_THAT(pointers(rehearsed(into)), ElementsAre("/program/steps/1"));
   EXPECT_THAT(rehearsed(into), Notes("/program/steps/1", {"two", "3"}));
   ASSERT_EQ(run(into), Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(swing(1), 0.0009);
   // What lies in the middle of a plan does not hinder it.
-  const std::string around = activity::sequence(kApproach + lin("one", kFirst, kBlend) + "," + branch + "," +
-                                                lin("two", kSecond, kBlend) + "," + lin("three", kThird, kWeave));
+  const std::string around = sequence(kApproach + lin("one", kFirst, kBlend) + "," + branch + "," +
+                                      lin("two", kSecond, kBlend) + "," + lin("three", kThird, kWeave));
   EXPECT_EQ(rehearsed(around).to_string(), "");
   fake.backend->sent.clear();
   ASSERT_EQ(run(around), Progress::kDone) << diagnostics.to_string();
@@ -186,8 +186,7 @@ TEST_F(WeaveStepTest, WhereTheRunDecidesWhatComesNextItBeginsAndEndsAtRest) {
 
 TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
   const std::string unless = R"(, "abort_if": {"sensor": "wrist", "above_N": 30})";
-  const program::Program program =
-      good(activity::sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave + unless, kWeave)));
+  const program::Program program = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave + unless, kWeave)));
   const auto push_at = [&](double x) {
     return run(program, [this, x](int, program::ProgramRunner&) {
       const Eigen::Vector3d p = tool_in_block(fake.q());
@@ -202,8 +201,7 @@ TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
   EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/steps/2", {"two", "abort_if"}));
   EXPECT_TRUE(fake.core_arm().at_rest());
   const std::string until = R"(, "until": {"sensor": "wrist", "above_N": 30}, "on_end": "continue")";
-  const program::Program guarded =
-      good(activity::sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave, kWeave + until)));
+  const program::Program guarded = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave, kWeave + until)));
   fake.extra.force.setZero();
   EXPECT_EQ(run(guarded,
                 [this](int, program::ProgramRunner&) {
@@ -220,18 +218,16 @@ TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
 TEST_F(WeaveStepTest, WhatIsWrongIsToldWhereItStands) {
   const std::string steep = R"(, "weave": {"amplitude_m": 0.002, "frequency_Hz": 2, "ramp_s": 0.02})";
   const std::string fast = R"(, "weave": {"amplitude_m": 0.05, "frequency_Hz": 5})";
-  EXPECT_THAT(rehearsed(activity::sequence(seam(steep, "", ""))),
-              Reports(Code::kLimitExceeded, "/program/steps/1/weave/ramp_s"));
-  EXPECT_THAT(rehearsed(activity::sequence(seam("", fast, ""))),
-              Reports(Code::kOutOfRange, "/program/steps/1", {"two"}));
-  EXPECT_THAT(refused(activity::sequence(R"({"do": "ptp", "to": "home"},
+  EXPECT_THAT(rehearsed(sequence(seam(steep, "", ""))), Reports(Code::kLimitExceeded, "/program/steps/1/weave/ramp_s"));
+  EXPECT_THAT(rehearsed(sequence(seam("", fast, ""))), Reports(Code::kOutOfRange, "/program/steps/1", {"two"}));
+  EXPECT_THAT(refused(sequence(R"({"do": "ptp", "to": "home"},
       {"do": "spline", "through": ["home", {"joints_deg": [0, 0, 0, 0, 0, 0, 0]}], "weave": {"amplitude_m": 0.001,
        "frequency_Hz": 2}})")),
               ElementsAre("/program/steps/1/weave"));
   const std::string motions = R"({"do": "transaction", "commands": {"m": {"start": true, "do": "motions", "steps": [)";
-  EXPECT_THAT(rehearsed(activity::sequence(kApproach + motions + lin("one", kFirst, kBlend) + "," +
-                                           lin("two", kSecond, steep) + "]}}}")),
-              Reports(Code::kLimitExceeded, "/program/steps/1/commands/m/steps/1/weave/ramp_s"));
+  EXPECT_THAT(
+      rehearsed(sequence(kApproach + motions + lin("one", kFirst, kBlend) + "," + lin("two", kSecond, steep) + "]}}}")),
+      Reports(Code::kLimitExceeded, "/program/steps/1/commands/m/steps/1/weave/ramp_s"));
 }
 
 TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
@@ -243,8 +239,8 @@ TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
     SCOPED_TRACE(from_first);
     fake.backend->sent.clear();
     const std::string steps = tare + seam(from_first ? offset(5) : "", offset(5), offset(5));
-    EXPECT_EQ(rehearsed(activity::sequence(steps)).to_string(), "");
-    ASSERT_EQ(run(activity::sequence(steps)), Progress::kDone) << diagnostics.to_string();
+    EXPECT_EQ(rehearsed(sequence(steps)).to_string(), "");
+    ASSERT_EQ(run(sequence(steps)), Progress::kDone) << diagnostics.to_string();
     EXPECT_THAT(begun(), testing::IsSupersetOf({"one", "two", "three"}));
     EXPECT_GT(slowest(), 0.6 * 0.08);
     EXPECT_EQ(swing(0) > 1e-4, from_first);
@@ -253,17 +249,16 @@ TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
     ASSERT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
     log.clear();
   }
-  EXPECT_THAT(rehearsed(activity::sequence(seam(offset(5), offset(6), ""))),
+  EXPECT_THAT(rehearsed(sequence(seam(offset(5), offset(6), ""))),
               Reports(Code::kConflict, "/program/steps/1/force_offset", {"one", "1", "two", "2", "force_offset"}));
-  EXPECT_THAT(rehearsed(activity::sequence(seam(offset(5), kWeave, ""))),
+  EXPECT_THAT(rehearsed(sequence(seam(offset(5), kWeave, ""))),
               Reports(Code::kConflict, "/program/steps/1/weave", {"two"}));
-  EXPECT_THAT(
-      refused(activity::sequence(kApproach + std::string(R"({"do": "transaction", "commands": {"m": {"start": true,
+  EXPECT_THAT(refused(sequence(kApproach + std::string(R"({"do": "transaction", "commands": {"m": {"start": true,
       "do": "motions", "steps": [)") +
-                                 lin("one", kFirst, offset(5) + kBlend) + "," + lin("two", kSecond, "") + "]}}}")),
-      ElementsAre("/program/steps/1/commands/m/steps/1/force_offset"));
+                               lin("one", kFirst, offset(5) + kBlend) + "," + lin("two", kSecond, "") + "]}}}")),
+              ElementsAre("/program/steps/1/commands/m/steps/1/force_offset"));
   // A sensor that does not answer stops the arm only where the force is wanted.
-  const program::Program late = good(activity::sequence(tare + seam("", "", offset(5))));
+  const program::Program late = good(sequence(tare + seam("", "", offset(5))));
   EXPECT_EQ(
       run(late, [this](int, program::ProgramRunner&) { fake.sensor->silent = tool_in_block(fake.q()).x() < -0.05; }),
       Progress::kFailed);
@@ -274,13 +269,13 @@ TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
 // The command "motions" of a transaction is the same motion.
 TEST_F(WeaveStepTest, AsMotionsOfATransactionItIsTheSame) {
   const auto motions = [&](const std::string& a, const std::string& b, const std::string& c) {
-    return activity::sequence(std::string(kApproach) + R"({"do": "transaction", "commands": {"m": {"start": true,
+    return sequence(std::string(kApproach) + R"({"do": "transaction", "commands": {"m": {"start": true,
         "do": "motions", "steps": [)" +
-                              lin("one", kFirst, a + kBlend) + "," + lin("two", kSecond, b + kBlend) + "," +
-                              lin("three", kThird, c) + "]}}}");
+                    lin("one", kFirst, a + kBlend) + "," + lin("two", kSecond, b + kBlend) + "," +
+                    lin("three", kThird, c) + "]}}}");
   };
   std::vector<std::vector<device::JointVector>> sent;
-  for (const std::string& program : {activity::sequence(seam(kWeave, "", kOther)), motions(kWeave, "", kOther)}) {
+  for (const std::string& program : {sequence(seam(kWeave, "", kOther)), motions(kWeave, "", kOther)}) {
     ASSERT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
     fake.backend->sent.clear();
     ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();

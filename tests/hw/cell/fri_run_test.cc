@@ -213,7 +213,7 @@ TEST(FriSite, AddressesAndKeysOfTheCommandLineAreThoseOfASiteFile) {
 TEST(RtdeSite, WhatIsInstalledOnAnEmulatedControllerIsCheckedWhenItIsRead) {
   hw::add_own_drivers();
   Site site;
-  const test::ScratchFolder folder("programs");
+  const takt::test::ScratchFolder folder("programs");
   const std::string programs =
       "arm=rtde:127.0.0.2,series=e,remote_control=false,external_control=127.0.0.1:50010,programs=";
   EXPECT_THAT(cell::bind(site, programs + folder.path().string()),
@@ -222,9 +222,9 @@ TEST(RtdeSite, WhatIsInstalledOnAnEmulatedControllerIsCheckedWhenItIsRead) {
   EXPECT_TRUE(cell::bind(site, programs + folder.path().string()).empty());
   EXPECT_THAT(cell::bind(site, programs + "/nowhere"),
               Reports(Code::kFileNotReadable, "--backend/programs", {"/nowhere"}));
-  EXPECT_THAT(cell::bind(site, "arm=rtde,remote_control=false"),
+  EXPECT_THAT(cell::bind(site, "arm=rtde:virtual,remote_control=false"),
               Reports(Code::kIncompatible, "--backend/remote_control", {"CB3"}));
-  EXPECT_THAT(cell::bind(site, "arm=rtde,external_control=robot"),
+  EXPECT_THAT(cell::bind(site, "arm=rtde:virtual,external_control=robot"),
               Reports(Code::kInvalidValue, "--backend/external_control", {"robot"}));
 }
 
@@ -278,7 +278,7 @@ TEST(SiteSchema, KnowsEveryKindOfBackEnd) {
 
 TEST(SiteSchema, AgreesWithTheReaderOfEachDriver) {
   SiteSchema schema;
-  const test::ScratchFolder programs("programs");
+  const takt::test::ScratchFolder programs("programs");
   std::ofstream(programs / "wave.script") << "def wave():\nend\n";
   schema.spoil_each_key_of({{"backend", "fri"},
                             {"address", "192.0.2.1:49938"},

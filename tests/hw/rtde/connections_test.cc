@@ -95,7 +95,8 @@ TEST_F(UrConnections, ExternalControlThatIsStoppedOrGetsNoProgramDoesNotStart) {
   frames(3);
   ASSERT_TRUE(client);
   EXPECT_EQ(ask("stop"), "Stopped");
-  send("textmsg(\"late\")\n# NODE_CONTROL_LOOP_ENDS\n");
+  constexpr std::string_view kLate = "textmsg(\"late\")\n# NODE_CONTROL_LOOP_ENDS\n";
+  EXPECT_EQ(client->send(std::as_bytes(std::span(kLate))), 0u) << "the connection is closed";
   frames(5);
   EXPECT_EQ(bench.last(Kind::kText), "");
   client.reset();

@@ -51,7 +51,7 @@ TEST_F(BlockFramesTest, EndHoweverTheirSequenceEnds) {
 }
 
 TEST_F(BlockFramesTest, OneThatHasEndedIsFoundBeforeTheRun) {
-  const Diagnostics found = wrong(activity::sequence(with_frames(R"(["here"])", kMakeHere) + "," + kGoHere));
+  const Diagnostics found = wrong(sequence(with_frames(R"(["here"])", kMakeHere) + "," + kGoHere));
   EXPECT_THAT(found, Reports(Code::kUnknownName, "/program/steps/1/to", {"here"}));
 }
 
@@ -65,10 +65,9 @@ TEST_F(BlockFramesTest, AreTheirSequencesOwn) {
   const std::string own = with_frames(R"(["here"])", wait(1));
   EXPECT_THAT(wrong(R"({"do": "parallel", "branches": [)" + own + "," + own + "]}"),
               Reports(Code::kDuplicate, "/program/branches/1"));
-  EXPECT_THAT(wrong(activity::sequence(std::string(kMakeHere) + "," + own)),
+  EXPECT_THAT(wrong(sequence(std::string(kMakeHere) + "," + own)),
               Reports(Code::kConflict, "/program/steps/1/frames/0"));
-  EXPECT_THAT(wrong(activity::sequence(own + "," + own)),
-              testing::ResultOf([](const auto& d) { return d.has_errors(); }, false))
+  EXPECT_THAT(wrong(sequence(own + "," + own)), testing::ResultOf([](const auto& d) { return d.has_errors(); }, false))
       << "one after the other they may have the same";
 }
 

@@ -31,11 +31,11 @@ class GoingOnTest : public test::ActivityTest {
 
   /// Two motions with something between them. @return cycles in which the arm stood there
   int standing_between(const std::string& between) {
-    EXPECT_EQ(run(activity::sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")),
+    EXPECT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")),
               operations::Progress::kDone);
     fake.backend->sent.clear();
     log.clear();
-    EXPECT_EQ(run(activity::sequence(lin("there", kThere) + "," + between + lin("aside", kAside, ""))),
+    EXPECT_EQ(run(sequence(lin("there", kThere) + "," + between + lin("aside", kAside, ""))),
               operations::Progress::kDone)
         << diagnostics.to_string();
     EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -72,7 +72,7 @@ TEST_F(GoingOnTest, WhatLooksAtTheCellOrDrivesItWaitsForTheEnd) {
 }
 
 TEST_F(GoingOnTest, AskedForAPlaceOfTheArmItTellsTheGoal) {
-  ASSERT_EQ(run(activity::sequence(std::string(kApproach) + lin("there", kThere) + R"j(, {"do": "sequence", "variables":
+  ASSERT_EQ(run(sequence(std::string(kApproach) + lin("there", kThere) + R"j(, {"do": "sequence", "variables":
       {"off": {"unit": "m"}}, "steps": [
         {"do": "let", "values": {"off": "$distance(position('arm'), pose('block') * at(0[m], 0.1[m], 0.2[m]))"}},
         {"do": "log", "text": "$text(off < 0.001[mm])"}]})j")),
@@ -82,7 +82,7 @@ TEST_F(GoingOnTest, AskedForAPlaceOfTheArmItTellsTheGoal) {
 }
 
 TEST_F(GoingOnTest, LoopsOfMotionsNeverStopBetweenRounds) {
-  ASSERT_EQ(run(activity::sequence(std::string(kApproach) + R"({"do": "for_each", "as": "at", "in": [
+  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "for_each", "as": "at", "in": [
       {"in": "block", "position_m": [0, 0.1, 0.2]}, {"in": "block", "position_m": [-0.15, 0.1, 0.2]},
       {"in": "block", "position_m": [-0.15, -0.1, 0.2]}, {"in": "block", "position_m": [0, -0.1, 0.2]}],
       "steps": [{"do": "lin", "name": "on", "to": {"in": "$at", "position_m": [0, 0, 0]}, "blend_m": 0.05}]})")),
@@ -105,10 +105,9 @@ TEST_F(GoingOnTest, EveryProgramLatencyGivesARightProgram) {
 
 TEST_F(GoingOnTest, AStepsNameIsTheOneOfTheMotionThatIsBeingDone) {
   std::vector<std::string> seen;
-  ASSERT_EQ(run(activity::sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")),
-            operations::Progress::kDone);
+  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), operations::Progress::kDone);
   const Program program =
-      good(activity::sequence(lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
+      good(sequence(lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
   double turned_at = 0.0;
   ASSERT_EQ(run(program,
                 [&](int, ProgramRunner& runner) {
@@ -123,8 +122,7 @@ TEST_F(GoingOnTest, AStepsNameIsTheOneOfTheMotionThatIsBeingDone) {
 }
 
 TEST_F(GoingOnTest, AGuardedMotionFeelsOnlyItsOwnWay) {
-  const std::string program =
-      activity::sequence(std::string(kApproach) + lin("over", "0, 0, 0.09", R"(, "blend_m": 0.01)") + R"(,
+  const std::string program = sequence(std::string(kApproach) + lin("over", "0, 0, 0.09", R"(, "blend_m": 0.01)") + R"(,
       {"do": "log", "text": "x"},
       {"do": "lin", "name": "down", "to": {"by_m": [0, 0, -0.1], "in": "block"}, "velocity_m_s": 0.02,
        "until": {"sensor": "wrist", "above_N": 8}}, {"do": "record_contact", "as": "top"})");
@@ -140,8 +138,8 @@ TEST_F(GoingOnTest, AGuardedMotionFeelsOnlyItsOwnWay) {
 
 /// By then the successor's net drives the rest of the way.
 TEST_F(GoingOnTest, AFailureIsToldOnceAtTheStepWhoseNetDrives) {
-  const std::string program = activity::sequence(std::string(kApproach) + lin("there", kThere) +
-                                                 R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, ""));
+  const std::string program = sequence(std::string(kApproach) + lin("there", kThere) +
+                                       R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, ""));
   const auto abort_there = [this](int, ProgramRunner& runner) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
@@ -152,8 +150,8 @@ TEST_F(GoingOnTest, AFailureIsToldOnceAtTheStepWhoseNetDrives) {
 
 TEST_F(GoingOnTest, AFailureInsideATryIsHandledThere) {
   const std::string program =
-      activity::sequence(std::string(kApproach) + R"({"do": "try", "steps": [)" + lin("there", kThere) +
-                         R"(], "on_error": {"as": "why", "steps": [{"do": "log", "text": "$'handled: ' + why"}]}})");
+      sequence(std::string(kApproach) + R"({"do": "try", "steps": [)" + lin("there", kThere) +
+               R"(], "on_error": {"as": "why", "steps": [{"do": "log", "text": "$'handled: ' + why"}]}})");
   const auto abort_there = [this](int, ProgramRunner& runner) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
@@ -163,8 +161,8 @@ TEST_F(GoingOnTest, AFailureInsideATryIsHandledThere) {
 
 TEST_F(GoingOnTest, AGoalThatCannotBeReachedStopsTheMotionBefore) {
   const std::string program =
-      activity::sequence(std::string(kApproach) + lin("there", kThere) +
-                         R"(, {"do": "sequence", "variables": {"far": {"unit": "m", "nominal": 0.1}}, "steps": [
+      sequence(std::string(kApproach) + lin("there", kThere) +
+               R"(, {"do": "sequence", "variables": {"far": {"unit": "m", "nominal": 0.1}}, "steps": [
       {"do": "let", "values": {"far": "$3[m]"}},
       {"do": "lin", "name": "far", "to": {"by_m": ["$far", 0, 0]}}]})");
   EXPECT_EQ(run(program), operations::Progress::kFailed);
@@ -175,15 +173,15 @@ TEST_F(GoingOnTest, AGoalThatCannotBeReachedStopsTheMotionBefore) {
 
 // Rows L6, P2: between motions that go on with each other as anywhere else.
 TEST_F(GoingOnTest, L6_P2_CancelAtEveryTenthCycleLeavesTheArmAtRest) {
-  const Program program = good(
-      activity::sequence(std::string(kApproach) + lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" +
-                         lin("aside", kAside) + R"(, {"do": "log", "text": "y"},)" + lin("down", "-0.15, 0, 0.1", "")));
+  const Program program =
+      good(sequence(std::string(kApproach) + lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" +
+                    lin("aside", kAside) + R"(, {"do": "log", "text": "y"},)" + lin("down", "-0.15, 0, 0.1", "")));
   cancel_at_every_tenth_cycle(program);
 }
 
 TEST_F(GoingOnTest, P2_UnderAnyOverrideAndAPauseTheGoalsAreReached) {
-  const Program program = good(activity::sequence(std::string(kApproach) + lin("there", kThere) +
-                                                  R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
+  const Program program = good(sequence(std::string(kApproach) + lin("there", kThere) +
+                                        R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
   for (const int at : {300, 600, 900, 1200, 1500, 1800}) {
     SCOPED_TRACE(at);
     fake.backend->sent.clear();
@@ -202,8 +200,8 @@ TEST_F(GoingOnTest, P2_UnderAnyOverrideAndAPauseTheGoalsAreReached) {
 
 // Row D3: the motion that was left open is begun again, from where the arm is, and the program goes on with it.
 TEST_F(GoingOnTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
-  const Program program = good(activity::sequence(std::string(kApproach) + lin("there", kThere) +
-                                                  R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
+  const Program program = good(sequence(std::string(kApproach) + lin("there", kThere) +
+                                        R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
   for (const double y : {-0.05, 0.0, 0.04}) {
     SCOPED_TRACE(y);
     const std::string text = snapshot_when(
@@ -219,7 +217,7 @@ TEST_F(GoingOnTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
 
 /// The frame of the loop's place has moved on already when the snapshot is taken.
 TEST_F(GoingOnTest, D3_AnOpenMotionKeepsItsOwnPlaceOfALoop) {
-  const Program program = good(activity::sequence(std::string(kApproach) + R"({"do": "for_each", "as": "at", "in": [
+  const Program program = good(sequence(std::string(kApproach) + R"({"do": "for_each", "as": "at", "in": [
       {"in": "block", "position_m": [0, 0.1, 0.2]}, {"in": "block", "position_m": [-0.15, 0.1, 0.2]}],
       "steps": [{"do": "lin", "name": "on", "to": {"in": "$at", "position_m": [0, 0, 0]}, "blend_m": 0.04}]})"));
   const std::string text = snapshot_when(
@@ -234,8 +232,7 @@ TEST_F(GoingOnTest, D3_AnOpenMotionKeepsItsOwnPlaceOfALoop) {
 }
 
 TEST_F(GoingOnTest, D3_AMotionThatIsTheWholeProgramIsBegunAgainOnce) {
-  ASSERT_EQ(run(activity::sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")),
-            operations::Progress::kDone);
+  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), operations::Progress::kDone);
   const Program program = good(R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02})");
   const std::string text = snapshot_when(program, [&](const ProgramRunner&) { return tool_in_block().z() >= 0.22; });
   const double begin = tool_in_block().z();
@@ -244,9 +241,9 @@ TEST_F(GoingOnTest, D3_AMotionThatIsTheWholeProgramIsBegunAgainOnce) {
 }
 
 TEST_F(GoingOnTest, AFailureOfAMotionBeforeATryIsNotItsOwn) {
-  const std::string program = activity::sequence(
-      std::string(kApproach) + lin("there", kThere) +
-      R"(, {"do": "try", "retry": 2, "steps": [{"do": "wait", "seconds": 0.01}], "on_error": {"steps": []}})");
+  const std::string program =
+      sequence(std::string(kApproach) + lin("there", kThere) +
+               R"(, {"do": "try", "retry": 2, "steps": [{"do": "wait", "seconds": 0.01}], "on_error": {"steps": []}})");
   const auto abort_there = [this](int, ProgramRunner& runner) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
@@ -256,18 +253,16 @@ TEST_F(GoingOnTest, AFailureOfAMotionBeforeATryIsNotItsOwn) {
 
 TEST_F(GoingOnTest, WhatCleansUpIsNotCancelledWithABranch) {
   const std::string program =
-      activity::sequence(std::string(kApproach) + R"({"do": "parallel", "end": "first", "branches": [
+      sequence(std::string(kApproach) + R"({"do": "parallel", "end": "first", "branches": [
       {"do": "wait", "seconds": 0.8},
       {"do": "try", "steps": [{"do": "wait", "seconds": 0.1}], "finally": [)" +
-                         lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "") + "]}]}");
+               lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "") + "]}]}");
   EXPECT_EQ(run(program), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
 }
 
 TEST_F(GoingOnTest, TheRehearsalTellsWhereNothingGoesOn) {
-  const auto notes = [&](const std::string& steps) {
-    return pointers(rehearsed(activity::sequence(kApproach + steps)));
-  };
+  const auto notes = [&](const std::string& steps) { return pointers(rehearsed(sequence(kApproach + steps))); };
   const std::string there = lin("there", kThere), aside = lin("aside", kAside, "");
   EXPECT_THAT(notes(there + R"(, {"do": "log", "text": "x"},)" + aside), IsEmpty());
   EXPECT_THAT(notes(there + R"(, {"do": "wait", "seconds": 1},)" + aside), ElementsAre("/program/steps/1"));

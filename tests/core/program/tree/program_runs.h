@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 class ProgramRuns : public testing::Test {
  protected:
   /// Called before each cycle with its number, from 0.
-  using AtCycle = std::function<void(int, ProgramRunner&)>;
+  using AtCycle = std::function<void(int, program::ProgramRunner&)>;
 
   [[nodiscard]] virtual expression::Cell& programs_cell() = 0;
   [[nodiscard]] virtual rcc::ControlCore& programs_core() = 0;
@@ -27,13 +27,13 @@ class ProgramRuns : public testing::Test {
 
   /// All that is wrong with a program, before anything moves.
   Diagnostics wrong(const std::string& text) {
-    const auto program = Program::parse(Json::parse(text), "/program", programs_cell());
+    const auto program = program::Program::parse(Json::parse(text), "/program", programs_cell());
     if (!program) return program.error();
     return program->rehearse(programs_cell(), &programs_core().environment()).diagnostics;
   }
   /// A program whose rehearsal finds no errors.
-  Program good(const std::string& text) {
-    auto program = Program::parse(Json::parse(text), "/program", programs_cell());
+  program::Program good(const std::string& text) {
+    auto program = program::Program::parse(Json::parse(text), "/program", programs_cell());
     if (!program) {
       ADD_FAILURE() << program.error().to_string();
       return {};
@@ -50,31 +50,32 @@ class ProgramRuns : public testing::Test {
             }};
   }
   /// To its end.
-  operations::Progress run(const Program& program, const AtCycle& at_cycle = {}, int most = 100'000) {
+  operations::Progress run(const program::Program& program, const AtCycle& at_cycle = {}, int most = 100'000) {
     activity::Context own = context();
-    ProgramRunner runner(program, own);
+    program::ProgramRunner runner(program, own);
     return follow(runner, at_cycle, most);
   }
   /// Cancels a program in this cycle.
   static AtCycle cancelling(int at) {
-    return [at](int cycle, ProgramRunner& runner) {
+    return [at](int cycle, program::ProgramRunner& runner) {
       if (cycle == at) runner.cancel();
     };
   }
   /// From the state that a snapshot has as text.
-  operations::Progress go_on(const Program& program, const std::string& snapshot, const AtCycle& at_cycle = {},
+  operations::Progress go_on(const program::Program& program, const std::string& snapshot, const AtCycle& at_cycle = {},
                              int most = 100'000) {
     activity::Context own = context();
-    ProgramRunner runner(program, own);
+    program::ProgramRunner runner(program, own);
     const Diagnostics found = runner.restore(Json::parse(snapshot));
     EXPECT_TRUE(found.empty()) << found.to_string();
     return follow(runner, at_cycle, most);
   }
   /// Runs a program until this holds, takes a snapshot there, and cancels it.
-  std::string snapshot_when(const Program& program, const std::function<bool(const ProgramRunner&)>& there) {
+  std::string snapshot_when(const program::Program& program,
+                            const std::function<bool(const program::ProgramRunner&)>& there) {
     std::string snapshot;
     EXPECT_EQ(run(program,
-                  [&](int, ProgramRunner& runner) {
+                  [&](int, program::ProgramRunner& runner) {
                     if (!snapshot.empty() || !there(runner)) return;
                     snapshot = runner.snapshot().dump();
                     runner.cancel();
@@ -106,9 +107,9 @@ class ProgramRuns : public testing::Test {
   int cycles = 0;
 
  private:
-  const ProgramRunner* running = nullptr;
+  const program::ProgramRunner* running = nullptr;
 
-  operations::Progress follow(ProgramRunner& runner, const AtCycle& at_cycle, int most) {
+  operations::Progress follow(program::ProgramRunner& runner, const AtCycle& at_cycle, int most) {
     before_first_cycle();
     running = &runner;
     for (cycles = 0; cycles < most; ++cycles) {
