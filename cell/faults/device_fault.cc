@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cell/faults/fault_kinds.h"
+#include "cell/file/description.h"
 #include "cell/file/fault_point.h"
 
 namespace takt::cell {
@@ -14,8 +15,6 @@ namespace {
 
 using Wrong = DeviceFault::Kind;
 using Json = nlohmann::ordered_json;
-
-constexpr double kToTheEnd = 3600.0;  // s, no run is longer
 
 struct WrongName {
   Wrong kind;
@@ -74,7 +73,7 @@ class OneDeviceFault : public Fault {
   }
   void read_how_long(FaultReader& from) {
     if (wrong_.kind == Wrong::kLoss) wrong_.share = from.number("share");
-    duration = from.duration(kToTheEnd);
+    duration = from.duration(kLongestRun);
   }
   [[nodiscard]] DeviceFault& wrong() { return wrong_; }
 

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "cell/file/description.h"
+
 namespace takt::cell {
 namespace {
-
-constexpr double kLongestFault = 3600.0;  // s
 
 Nanoseconds nanoseconds(double seconds) { return static_cast<Nanoseconds>(std::llround(1e9 * seconds)); }
 
@@ -26,7 +26,7 @@ std::string FaultReader::device(std::string_view key, std::string_view what, con
 }
 
 Key duration_key(std::string meaning) {
-  return number_key("seconds", "s", {.low = 0.0, .high = kLongestFault, .low_open = true}, "Duration.")
+  return number_key("seconds", "s", {.low = 0.0, .high = kLongestRun, .low_open = true}, "Duration.")
       .optional(std::move(meaning));
 }
 

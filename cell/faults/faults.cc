@@ -10,7 +10,7 @@
 namespace takt::cell {
 namespace {
 
-constexpr Range kFaultTime{.low = 0.0, .high = 3600.0};
+constexpr Range kFaultTime{.low = 0.0, .high = kLongestRun};
 
 }  // namespace
 
@@ -40,24 +40,19 @@ Result<std::vector<ScheduledFault>> make_faults(const std::vector<FaultEntry>& e
 
 nlohmann::ordered_json fault_schema() {
   using Json = nlohmann::ordered_json;
-  Json names = Json::array(), forms = Json::array();
-  for (const FaultKind& kind : FaultKind::registry().all()) {
-    names.push_back(kind.name);
-    Json form = schema_of(kind.form);
-    form.erase("type");
-    // What every kind has is described once, below.
-    for (const char* key : {"at_s", "do"}) form["properties"][key] = true;
-    Json chosen{{"properties", {{"do", {{"const", kind.name}}}}}};
-    if (kind.name != FaultEntry::kDefaultKind) chosen["required"] = Json::array({"do"});
-    forms.push_back({{"if", std::move(chosen)}, {"then", std::move(form)}});
-  }
+  const auto& kinds = FaultKind::registry();
   return {{"type", "object"},
           {"description", "A fault, or an action of a person at the cabinet, at a given time."},
           {"required", Json::array({"at_s"})},
           {"properties",
-           {{"at_s", {{"type", "number"}, {"minimum", 0}, {"maximum", 3600}, {"description", "Simulated time, s."}}},
-            {"do", {{"enum", names}, {"default", FaultEntry::kDefaultKind}, {"description", "Kind of the fault."}}}}},
-          {"allOf", forms}};
+           {{"at_s",
+             {{"type", "number"},
+              {"minimum", 0},
+              {"maximum", static_cast<int>(kLongestRun)},
+              {"description", "Simulated time, s."}}},
+            {"do",
+             {{"enum", kinds.names()}, {"default", FaultEntry::kDefaultKind}, {"description", "Kind of the fault."}}}}},
+          {"allOf", schema_of_kinds(kinds.forms(), "do", FaultEntry::kDefaultKind, {"at_s", "do"})}};
 }
 
 Diagnostics check_faults_of_machines(const std::vector<FaultEntry>& entries) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "cell/faults/fault_kinds.h"
+#include "cell/file/description.h"
 #include "core/base/keys_of.h"
 
 namespace takt::cell {
@@ -12,7 +13,7 @@ class ToolChangerFault final : public Fault {
   explicit ToolChangerFault(FaultReader& from)
       : changer_(from.device("changer", "tool changer", keys_of(from.built.cell.changers))),
         opens_(from.choice("fault") == "opens") {
-    duration = from.duration(3600.0);
+    duration = from.duration(kLongestRun);
   }
   void begin(FaultScene& scene) override {
     scene.note("tool_changer",

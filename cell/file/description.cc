@@ -302,7 +302,7 @@ void read_expectations(ObjectReader& reader, std::vector<ExpectationEntry>& expe
 /// In the order of their times.
 void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults) {
   for_each_entry(reader, "faults", [&](ObjectReader& entry, const Json& json, const std::string& pointer) {
-    const double seconds = std::clamp(entry.number("at_s", 0.0), 0.0, 3600.0);
+    const double seconds = std::clamp(entry.number("at_s", 0.0), 0.0, kLongestRun);
     const std::string sensor = entry.text("sensor", "");
     faults.push_back({.at = static_cast<Nanoseconds>(std::llround(1e9 * seconds)),
                       .kind = entry.text("do", FaultEntry::kDefaultKind),
@@ -398,7 +398,7 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   description.title = reader.text("title", "");
   (void)reader.text("description", "");
   description.seed = static_cast<std::uint64_t>(reader.integer("seed", 1, kNotNegative));
-  description.time_limit_s = reader.number("time_limit_s", 120.0, {.low = 0.0, .high = 3600, .low_open = true});
+  description.time_limit_s = reader.number("time_limit_s", 120.0, {.low = 0.0, .high = kLongestRun, .low_open = true});
   description.program_latency_cycles = reader.integer("program_latency_cycles", 2, {.low = 0, .high = 1000});
   description.plant_mass_scale = reader.number("plant_mass_scale", 1.0, {.low = 0.5, .high = 2.0});
   description.physics_step = read_physics_step(reader, diagnostics);

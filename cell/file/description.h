@@ -130,6 +130,8 @@ struct ExpectationEntry {
   nlohmann::ordered_json json;
 };
 
+inline constexpr double kLongestRun = 3600.0;  ///< s, of simulated time
+
 /// An entry of "faults": something that happens to the machines at one time, whatever the program does.
 struct FaultEntry {
   static constexpr const char* kDefaultKind = "stop";

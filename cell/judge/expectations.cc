@@ -67,25 +67,17 @@ Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::v
 
 nlohmann::ordered_json expectation_schema() {
   using Json = nlohmann::ordered_json;
-  Json names = Json::array(), forms = Json::array();
-  for (const ExpectationKind& kind : ExpectationKind::registry().all()) {
-    names.push_back(kind.name);
-    Json form = schema_of(kind.form);
-    form.erase("type");
-    // What every kind has is described once, below.
-    for (const char* key : {"kind", "name", "copies"}) form["properties"][key] = true;
-    forms.push_back({{"if", {{"properties", {{"kind", {{"const", kind.name}}}}}}}, {"then", std::move(form)}});
-  }
+  const auto& kinds = ExpectationKind::registry();
   return {{"type", "object"},
           {"required", Json::array({"kind"})},
           {"properties",
-           {{"kind", {{"enum", names}}},
+           {{"kind", {{"enum", kinds.names()}}},
             {"name", {{"type", "string"}, {"description", "Name in reports; default: the kind."}}},
             {"copies",
              {{"description",
                "The expectation stands for as many, one step further each; # in its texts is the number of the copy."},
               {"allOf", Json::array({{{"$ref", "#/definitions/copies"}}})}}}}},
-          {"allOf", forms}};
+          {"allOf", schema_of_kinds(kinds.forms(), "kind", {}, {"kind", "name", "copies"})}};
 }
 
 }  // namespace takt::cell

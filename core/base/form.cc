@@ -211,4 +211,18 @@ Json schema_of(const Form& form) {
   return schema;
 }
 
+Json schema_of_kinds(const std::vector<NamedForm>& kinds, const std::string& key, std::string_view fallback,
+                     const std::vector<std::string>& common) {
+  Json alternatives = Json::array();
+  for (const NamedForm& kind : kinds) {
+    Json form = schema_of(kind.form);
+    form.erase("type");
+    for (const std::string& one : common) form["properties"][one] = true;
+    Json chosen{{"properties", {{key, {{"const", kind.name}}}}}};
+    if (!fallback.empty() && kind.name != fallback) chosen["required"] = Json::array({key});
+    alternatives.push_back({{"if", std::move(chosen)}, {"then", std::move(form)}});
+  }
+  return alternatives;
+}
+
 }  // namespace takt

@@ -122,4 +122,14 @@ class FormReader {
 /// The schema of an object of this form.
 [[nodiscard]] nlohmann::ordered_json schema_of(const Form& form);
 
+struct NamedForm {
+  std::string_view name;
+  const Form& form;
+};
+/// The alternatives ("allOf") of the schema of an object of which a key says of which kind it is.
+/// @param fallback  the kind without that key; empty: the key is required
+/// @param common  keys that every kind has: their schema stands beside the alternatives
+[[nodiscard]] nlohmann::ordered_json schema_of_kinds(const std::vector<NamedForm>& kinds, const std::string& key,
+                                                     std::string_view fallback, const std::vector<std::string>& common);
+
 }  // namespace takt

@@ -10,12 +10,13 @@
 
 #include <fmt/format.h>
 
+#include "core/base/form.h"
 #include "core/base/registration.h"
 
 namespace takt {
 
 /// All kinds of one sort of thing that files may name, in the order of their names: takt's own, and those of plug-ins.
-/// @param Kind  has `name`, a static registry() and kWhat, what it is for people. Thread: the one that loads.
+/// @param Kind  has `name`, `form`, a static registry() and kWhat, what it is for people. Thread: the one that loads.
 /// Realtime: setup.
 template <class Kind>
 class KindRegistry {
@@ -38,6 +39,11 @@ class KindRegistry {
     return found == kinds_.end() ? nullptr : &*found;
   }
   [[nodiscard]] const std::vector<Kind>& all() const { return kinds_; }
+  [[nodiscard]] std::vector<NamedForm> forms() const {
+    std::vector<NamedForm> forms;
+    for (const Kind& kind : kinds_) forms.push_back({kind.name, kind.form});
+    return forms;
+  }
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> names;
     for (const Kind& kind : kinds_) names.push_back(kind.name);
