@@ -1,0 +1,16 @@
+"""takt in Python: runs of scenario files, programs of cells, recordings as arrays (docs/python.md)."""
+from ._cell import Arm, Cell, Gripper, Output, ToolChanger, TwoArms, open
+from ._errors import Cancelled, Diagnostic, Error, OpenError, OperationError, RecordingError, UsageError
+from ._recording import Channel, Comparison, Curve, Recording, compare, open_recording
+from ._report import Expectation, Report
+from ._run import check, main, run
+from ._run_handles import Activity, Outcome, Reaction, Run
+from ._takt import Frame, Joints, Pose, Real, State, Twist, Vector, Wrench
+from ._takt import version as __version__
+
+__all__ = [
+    "Activity", "Arm", "Cancelled", "Cell", "Channel", "Comparison", "Curve", "Diagnostic", "Error", "Expectation",
+    "Frame", "Gripper", "Joints", "OpenError", "OperationError", "Outcome", "Output", "Pose", "Reaction", "Real",
+    "Recording", "RecordingError", "Report", "Run", "State", "ToolChanger", "Twist", "TwoArms", "UsageError", "Vector",
+    "Wrench", "check", "compare", "main", "open", "open_recording", "run",
+]
