@@ -57,9 +57,8 @@ void bind_values(nb::module_& module) {
   module.def("goal_joint", goal_joint);
   nb::class_<Values>(module, "Values")
       .def(nb::init<>())
-      .def("state", [](Values& values, const std::string& key, const State& state) {
-        values.states.insert_or_assign(key, state);
-      })
+      .def("state", [](Values& values, const std::string& key,
+                       const State& state) { values.states.insert_or_assign(key, state); })
       .def("goals",
            [](Values& values, const std::string& key, const std::vector<Goal>& goals) { values.goals[key] = goals; })
       .def_rw("blend", &Values::blend)
@@ -108,27 +107,34 @@ void bind_run(nb::module_& module) {
       .def_prop_ro("state", [](R run) { return std::string(activity::name_of(run.value->state())); })
       .def_prop_ro("started", [](R run) { return run.value->started(); })
       .def_prop_ro("over", [](R run) { return run.value->over(); })
-      .def_prop_ro("blended", [](R run) { return run.value->blended(); }, "It has taken over a motion.")
-      .def_prop_ro("first_cycle", [](R run) { return run.value->first_cycle(); }, "-1: not yet")
-      .def_prop_ro("last_cycle", [](R run) { return run.value->last_cycle(); }, "-1: not yet")
-      .def_prop_ro("preparation",
-                   [](R run) {
-                     const auto& times = run.value->preparation();
-                     return std::tuple(times.planning, times.total);
-                   },
-                   "CPU time of planning, and of all until it could start, s.")
+      .def_prop_ro(
+          "blended", [](R run) { return run.value->blended(); }, "It has taken over a motion.")
+      .def_prop_ro(
+          "first_cycle", [](R run) { return run.value->first_cycle(); }, "-1: not yet")
+      .def_prop_ro(
+          "last_cycle", [](R run) { return run.value->last_cycle(); }, "-1: not yet")
+      .def_prop_ro(
+          "preparation",
+          [](R run) {
+            const auto& times = run.value->preparation();
+            return std::tuple(times.planning, times.total);
+          },
+          "CPU time of planning, and of all until it could start, s.")
       .def("_outcome", outcome_of)
       .def("_reactions", reactions_of)
       .def("_diagnostics",
-           [](R run) { return cell::to_output_text({{"diagnostics", cell::to_json(run.value->diagnostics())}}); })
+           [](R run) {
+             return cell::to_output_text({{"diagnostics", cell::to_json(run.value->diagnostics())}});
+           })
       .def("_require", [](R run) { activity::require(run.value); })
       .def("wait", wait_for, "Returns when it has ended. Raises what made it fail.")
-      .def("cancel",
-           [](R run) {
-             (void)run.cell->get();
-             run.value->cancel();
-           },
-           "Asks for an end in order: it brakes on its path.")
+      .def(
+          "cancel",
+          [](R run) {
+            (void)run.cell->get();
+            run.value->cancel();
+          },
+          "Asks for an end in order: it brakes on its path.")
       .def("abort", [](R run) {
         (void)run.cell->get();
         run.value->abort();
@@ -144,8 +150,8 @@ Activity activity_of(const CellPtr& cell, const std::string& json, const Values&
 
 std::optional<Run> execute(const CellPtr& cell, const std::string& json, const Values& values) {
   app::Cell& open = cell->get();
-  const activity::RunPtr run = cell->unlocked(
-      [&] { return app::execute_by_name(open.runtime(), json_from(json), values.in_program()); });
+  const activity::RunPtr run =
+      cell->unlocked([&] { return app::execute_by_name(open.runtime(), json_from(json), values.in_program()); });
   return run == nullptr ? std::nullopt : std::optional(Run{cell, run});
 }
 
@@ -174,21 +180,23 @@ Activity with_subtasks(const Activity& main,
   (void)main.cell->get();
   std::vector<activity::Subtask> list;
   for (const auto& [part, share, state] : subtasks)
-    list.push_back({.activity = part.value,
-                    .at_share = share,
-                    .when = state ? std::optional(state->value) : std::nullopt});
+    list.push_back(
+        {.activity = part.value, .at_share = share, .when = state ? std::optional(state->value) : std::nullopt});
   return {main.cell, activity::with_subtasks(main.value, list)};
 }
 
 void bind_activity(nb::module_& module) {
   using A = const Activity&;
   nb::class_<Activity>(module, "Activity", "An operation that can be asked for as often as wanted.")
-      .def("execute", [](A a) { return begun(a, [](const auto& one) { return one.execute(); }); },
-           "Returns when it has ended. Raises what made it fail.")
-      .def("begin", [](A a) { return begun(a, [](const auto& one) { return one.begin_execute(); }); },
-           "Returns when it has started, in motion if what runs may be left.")
-      .def("schedule", [](A a) { return begun(a, [](const auto& one) { return one.schedule(); }); },
-           "Returns at once; it takes its turn behind what has its devices already.");
+      .def(
+          "execute", [](A a) { return begun(a, [](const auto& one) { return one.execute(); }); },
+          "Returns when it has ended. Raises what made it fail.")
+      .def(
+          "begin", [](A a) { return begun(a, [](const auto& one) { return one.begin_execute(); }); },
+          "Returns when it has started, in motion if what runs may be left.")
+      .def(
+          "schedule", [](A a) { return begun(a, [](const auto& one) { return one.schedule(); }); },
+          "Returns at once; it takes its turn behind what has its devices already.");
   module.def("activity", activity_of);
   module.def("execute", execute);
   module.def("sequence", [](const std::vector<Activity>& parts) {
@@ -227,8 +235,8 @@ void bind_two_arms(nb::module_& module) {
              return Activity{pair.cell, pair.value->lin(pose_from(X, "to"), parameters_of(pair, json, values))};
            })
       .def("_lin_by",
-           [](const Pair& pair, const Eigen::Vector3d& by, const std::string& json, const Values& values) {
-             return Activity{pair.cell, pair.value->lin_by(by, parameters_of(pair, json, values))};
+           [](const Pair& pair, const Triple& by, const std::string& json, const Values& values) {
+             return Activity{pair.cell, pair.value->lin_by(vector_from(by), parameters_of(pair, json, values))};
            })
       .def_prop_ro("centre",
                    [](const Pair& pair) -> Eigen::Matrix4d {

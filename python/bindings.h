@@ -11,5 +11,6 @@ void bind_recordings(nanobind::module_& module);   ///< channels as numpy, compa
 void bind_expressions(nanobind::module_& module);  ///< sensors and states with their operators
 void bind_cell(nanobind::module_& module);         ///< a cell, its devices
 void bind_activities(nanobind::module_& module);   ///< what devices do
+void bind_commands(nanobind::module_& module);     ///< commands of one's own, with event handlers
 
 }  // namespace takt::python

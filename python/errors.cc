@@ -55,9 +55,7 @@ void bind_errors(nb::module_& module) {
   nb::register_exception_translator(translate);
 }
 
-void raise_error(const std::string& kind, Diagnostics diagnostics) {
-  throw RaisedError{kind, std::move(diagnostics)};
-}
+void raise_error(const std::string& kind, Diagnostics diagnostics) { throw RaisedError{kind, std::move(diagnostics)}; }
 
 void raise_error(const std::string& kind, Code code, std::string pointer, std::string message, std::string hint) {
   Diagnostics why;

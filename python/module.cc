@@ -12,4 +12,5 @@ NB_MODULE(_takt, module) {
   takt::python::bind_expressions(module);
   takt::python::bind_cell(module);
   takt::python::bind_activities(module);
+  takt::python::bind_commands(module);
 }

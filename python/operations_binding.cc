@@ -68,12 +68,8 @@ Json rows(const std::vector<ParameterInfo>& parameters) {
   Json list = Json::array();
   for (const ParameterInfo& one : parameters) {
     if (one.refused) continue;
-    Json row{{"key", one.key},
-             {"type", word_of(one.type)},
-             {"says", describe_type(one)},
-             {"unit", one.unit},
-             {"required", one.required},
-             {"default", one.fallback},
+    Json row{{"key", one.key},   {"type", word_of(one.type)}, {"says", describe_type(one)},
+             {"unit", one.unit}, {"required", one.required},  {"default", one.fallback},
              {"doc", one.doc}};
     if (one.type == ParameterInfo::Type::kName) row["names"] = word_of(one.names);
     if (one.type == ParameterInfo::Type::kObject) row["definition"] = one.definition;

@@ -54,10 +54,8 @@ std::string contents(const Recording& recording) {
   Json tables = Json::array();
   for (const std::string& topic : recording.table_topics()) {
     const record::Table header = required(recording.header(topic));
-    tables.push_back({{"topic", topic},
-                      {"columns", header.columns},
-                      {"units", header.units},
-                      {"rows", recording.rows(topic)}});
+    tables.push_back(
+        {{"topic", topic}, {"columns", header.columns}, {"units", header.units}, {"rows", recording.rows(topic)}});
   }
   return cell::to_output_text({{"tables", tables},
                                {"events", recording.event_topics()},
@@ -113,10 +111,7 @@ std::string compare(const std::string& a, const std::string& b, bool equal_diges
 }  // namespace
 
 void bind_recordings(nb::module_& module) {
-  nb::class_<Recording>(module, "Recording")
-      .def("contents", contents)
-      .def("table", table)
-      .def("events", events);
+  nb::class_<Recording>(module, "Recording").def("contents", contents).def("table", table).def("events", events);
   module.def("open_recording", open_recording);
   module.def("compare", compare);
 }

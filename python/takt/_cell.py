@@ -3,12 +3,12 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from typing import TYPE_CHECKING, Any, Callable, Coroutine, Iterable
 
 from . import _takt
+from ._device_operations import ArmOperations, CellOperations, GripperOperations, OutputOperations, ToolChangerOperations
 from ._errors import as_rows, refuse
-from ._operations import plain, specifications, with_operations, written
+from ._operations import specifications, written
 from ._options import find_file, options_of
 from ._report import Report
 from ._run_handles import Activity, Run
@@ -45,8 +45,7 @@ class Device:
                              f" It has {', '.join(offered)}")
 
 
-@with_operations("arm")
-class Arm(Device):
+class Arm(Device, ArmOperations):
     """An arm, or a base. Joint positions are arrays in rad (m of sliding joints), poses 4x4 arrays in its base, m."""
 
     @property
@@ -90,7 +89,7 @@ class Arm(Device):
         """A tool pose that looks down the z axis of a frame, from this height (m) above it."""
         return self._cell._native.above(self._name, frame, height)
 
-    def by(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> dict:
+    def by(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> dict[str, Any]:
         """A goal: so far (m) from wherever it will be, along the axes of the base."""
         return {"by_m": [float(x), float(y), float(z)], "in": self._name}
 
@@ -155,8 +154,7 @@ class Arm(Device):
         return self._cell._native.measured_torques(self._name)
 
 
-@with_operations("gripper")
-class Gripper(Device):
+class Gripper(Device, GripperOperations):
     """A gripper."""
 
     @property
@@ -169,13 +167,11 @@ class Gripper(Device):
         return self._cell._native.gripper_is(state, self._name)
 
 
-@with_operations("tool_changer")
-class ToolChanger(Device):
+class ToolChanger(Device, ToolChangerOperations):
     """The robot side of a tool changer."""
 
 
-@with_operations("output")
-class Output(Device):
+class Output(Device, OutputOperations):
     """A digital or an analog output."""
 
 
@@ -196,7 +192,7 @@ class TwoArms:
         text, values = self._parameters(parameters)
         return Activity(self._cell, self._native._lin_by([x, y, z], text, values))
 
-    def _parameters(self, parameters: dict) -> tuple[str, _takt.Values]:
+    def _parameters(self, parameters: dict[str, Any]) -> tuple[str, _takt.Values]:
         return written(specifications()["lin"], {"arm": self._leader}, ("home",), parameters)
 
     @property
@@ -208,8 +204,7 @@ class TwoArms:
         return self._native.centre_by_follower
 
 
-@with_operations("")
-class Cell:
+class Cell(CellOperations):
     """A simulated cell in this process. Between two calls its time stands still, so a run repeats to the bit. Use it in
     a `with` block; afterwards it has a report: passed, digest, expectations, events."""
 
@@ -280,7 +275,7 @@ class Cell:
     @property
     def names(self) -> dict[str, list[str]]:
         """The names of all that it has, by kind."""
-        return json.loads(self._native.names())
+        return dict(json.loads(self._native.names()))
 
     # -- Sensors and states.
     def force(self, sensor: str = "") -> _takt.Real:
@@ -320,7 +315,7 @@ class Cell:
 
     def wait_until(self, state: _takt.State, timeout_s: float = 60.0) -> bool:
         """Until it holds. False: it did not in time."""
-        return self._blocked(lambda: self._native.wait_until(state, timeout_s))
+        return bool(self._blocked(lambda: self._native.wait_until(state, timeout_s)))
 
     def wait_for_all(self) -> None:
         """Until all that was begun is over. Raises OperationError for what has failed and nobody has asked about."""
@@ -347,6 +342,10 @@ class Cell:
         rows = [(one._native, at if isinstance(at, (int, float)) else None, at if isinstance(at, _takt.State) else None)
                 for one, at in subtasks]
         return Activity(self, _takt.with_subtasks(main._native, rows))
+
+    def as_activity(self, command: Any) -> Activity:
+        """A command, or a transaction, of takt.command as an activity; it is planned anew each time."""
+        return Activity(self, _takt.command_activity(self._native, getattr(command, "command", command)))
 
     # -- Coroutines.
     def run(self, *coroutines: Coroutine[Any, Any, Any]) -> list[Any]:
@@ -382,7 +381,7 @@ class Cell:
         if self._echo:
             print(line, flush=True)
 
-    def expect(self, name: str, passed: bool, measured: object = "") -> None:
+    def expect(self, name: str, passed: "bool | np.bool_", measured: object = "") -> None:
         """A statement of the program's own for the verdict."""
         self._native.expect(name, bool(passed), str(measured))
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class UsageError(Error, TypeError):
 _KINDS = {kind.__name__: kind for kind in (OpenError, OperationError, Cancelled, RecordingError, UsageError)}
 
 
-def diagnostics_of(rows: list[dict]) -> list[Diagnostic]:
+def diagnostics_of(rows: list[dict[str, Any]]) -> list[Diagnostic]:
     return [Diagnostic(**row) for row in rows]
 
 

@@ -5,7 +5,7 @@ import functools
 import json
 import keyword
 import math
-from typing import Any, Callable
+from typing import Any
 
 from . import _takt
 from ._errors import refuse
@@ -25,26 +25,26 @@ def python_name(key: str) -> str:
 class Specification:
     """One operation: its row of the tables, and how its parameters are given in Python."""
 
-    def __init__(self, table: dict):
+    def __init__(self, table: dict[str, Any]):
         self.name: str = table["name"]
         self.doc: str = table["doc"]
         self.is_motion: bool = table["motion"]
         self.is_activity: bool = table["activity"]
         self.is_step: bool = table["step"]
-        self.parameters: list[dict] = table["parameters"]
+        self.parameters: list[dict[str, Any]] = table["parameters"]
         self.by_python = {python_name(one["key"]): one["key"] for one in self.parameters}
 
     @property
-    def device(self) -> dict | None:
+    def device(self) -> dict[str, Any] | None:
         """The parameter that names who does it; None: the cell."""
         return next((one for one in self.parameters if one.get("names") in DEVICES), None)
 
-    def free(self) -> list[dict]:
+    def free(self) -> list[dict[str, Any]]:
         """All parameters but the device."""
         device = self.device
         return [one for one in self.parameters if one is not device]
 
-    def positional(self) -> list[dict]:
+    def positional(self) -> list[dict[str, Any]]:
         """Those that may be given without a keyword: goals and what is required, else the first one."""
         named = [one for one in self.free() if one["key"] in ("to", "via", "through") or one["required"]]
         return named or [one for one in self.free() if one["key"] not in ("tool", "tcp")][:1]
@@ -107,7 +107,7 @@ def _goal(value: Any, key: str, arm: str) -> Any:
                  'cell, or an object of files like {"joints_deg": [...]}')
 
 
-def _put_goals(key: str, given: Any, arm: str, row: dict, values: _takt.Values) -> None:
+def _put_goals(key: str, given: Any, arm: str, row: dict[str, Any], values: _takt.Values) -> None:
     if key != "through":
         goal = _goal(given, key, arm)
         if isinstance(goal, _takt.Goal):
@@ -127,7 +127,7 @@ def _put_goals(key: str, given: Any, arm: str, row: dict, values: _takt.Values) 
         row[key] = goals
 
 
-def written(spec: Specification, fixed: dict, arguments: tuple, keywords: dict) -> tuple[str, _takt.Values]:
+def written(spec: Specification, fixed: dict[str, Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> tuple[str, _takt.Values]:
     """The call as a file would have it, and what files do not have."""
     given = dict(fixed)
     positional = spec.positional()
@@ -135,8 +135,8 @@ def written(spec: Specification, fixed: dict, arguments: tuple, keywords: dict) 
         names = ", ".join(python_name(one["key"]) for one in positional)
         raise refuse("usage", "", f"{spec.name}() accepts {len(positional)} arguments without a keyword, "
                      f"not {len(arguments)}", f"Name the others: {spec.name}({names}, ..., KEY=VALUE)")
-    for row, value in zip(positional, arguments):
-        given[row["key"]] = value
+    for one, value in zip(positional, arguments):
+        given[one["key"]] = value
     for name, value in keywords.items():
         key = spec.by_python.get(name, name)
         if key in given:
@@ -165,7 +165,7 @@ class Operation:
 
     __slots__ = ("_cell", "_spec", "_fixed")
 
-    def __init__(self, cell: Any, spec: Specification, fixed: dict):
+    def __init__(self, cell: Any, spec: Specification, fixed: dict[str, Any]):
         self._cell, self._spec, self._fixed = cell, spec, fixed
 
     @property
@@ -195,9 +195,9 @@ class Operation:
         return self.activity(*arguments, **keywords).schedule()
 
 
-def _property(spec: Specification, fixed: Callable[[Any], dict]) -> property:
+def _property(spec: Specification, device_key: str) -> property:
     def get(self: Any) -> Operation:
-        return Operation(self._cell, spec, fixed(self))
+        return Operation(self._cell, spec, {device_key: self.name} if device_key else {})
     return property(get, doc=spec.docstring())
 
 
@@ -210,16 +210,5 @@ def operations_of(device: str) -> dict[str, property]:
         row = spec.device
         if (row["names"] if row else "") != device:
             continue
-        key = row["key"] if row else ""
-        found[python_name(spec.name)] = _property(spec, (lambda self, key=key: {key: self.name}) if key else lambda self: {})
+        found[python_name(spec.name)] = _property(spec, row["key"] if row else "")
     return found
-
-
-def with_operations(device: str) -> Callable[[type], type]:
-    """Gives a class the operations of this kind of device."""
-    def add(made: type) -> type:
-        for name, operation in operations_of(device).items():
-            if name not in vars(made):
-                setattr(made, name, operation)
-        return made
-    return add

@@ -40,7 +40,7 @@ class Curve:
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> "np.ndarray":
         import numpy as np
-        return np.asarray(self.values, dtype=dtype)
+        return np.array(self.values, dtype=dtype, copy=copy)
 
     def __repr__(self) -> str:
         return f"<curve '{self.name}' [{self.unit}]: {len(self.time)} samples of {', '.join(self.columns)}>"
@@ -63,7 +63,7 @@ class Curve:
         """The only column, without what is not there; of several the length of each row."""
         import numpy as np
         values = self.values if self.values.ndim == 1 else self.norm().values
-        return values[~np.isnan(values)]
+        return np.asarray(values[~np.isnan(values)])
 
     # Features, as `takt compare` has them; of several columns those of their length.
     @property
@@ -167,7 +167,8 @@ class Channel:
     @property
     def time(self) -> "np.ndarray":
         """s"""
-        return self._read()[0]
+        import numpy as np
+        return np.asarray(self._read()[0])
 
     def __getitem__(self, column: str) -> Curve:
         """One column, "a1.position", or all of a group: "position"."""
@@ -343,7 +344,7 @@ class Comparison:
 
 def _path_of(what: Any) -> str:
     recording = getattr(what, "recording", what)
-    return os.fspath(getattr(recording, "path", recording))
+    return str(os.fspath(getattr(recording, "path", recording)))
 
 
 def compare(a: Any, b: Any, *, equal_digests: bool = False, report: str | os.PathLike[str] | None = None) -> Comparison:
