@@ -126,7 +126,7 @@ class Scenario:
     """A scenario as an object: a cell, out of a file or a dictionary, and a program. `scenario.data` is what a file has."""
 
     def __init__(self, cell: str | os.PathLike[str] | Mapping[str, Any], program: Step | None = None, *,
-                 expect: list[dict[str, Any]] | None = None, title: str | None = None,
+                 expectations: list[dict[str, Any]] | None = None, title: str | None = None,
                  programs: Mapping[str, Any] | None = None):
         self._folder: pathlib.Path | None = None
         if isinstance(cell, Mapping):
@@ -139,8 +139,8 @@ class Scenario:
             self.data["program"] = program.as_file()
         if programs is not None:
             self.data["programs"] = plain(programs, "/programs")
-        if expect is not None:
-            self.data["expect"] = plain(expect, "/expect")
+        if expectations is not None:
+            self.data["expectations"] = plain(expectations, "/expectations")
         if title is not None:
             self.data["title"] = title
 

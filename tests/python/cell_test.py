@@ -102,16 +102,17 @@ def test_operators_mean_what_python_means(cell):
 
 def test_a_guarded_motion_tells_how_it_ended(cell):
     arm = cell.arm()
-    stop = arm.tool_pose.position[1] > arm.tool[1, 3] + 0.05
-    run = arm.lin(arm.by(y=0.2), until=stop)
-    assert run.outcome.touched and 0.04 < run.outcome.X_BT[1, 3] - (arm.tool[1, 3] - 0.06) < 0.1
+    line = arm.tool[1, 3] + 0.05
+    run = arm.lin(arm.by(y=0.2), velocity_m_s=0.1, until=arm.tool_pose.position[1] > line)
+    assert run.outcome.touched and line < run.outcome.X_BT[1, 3] < line + 0.001
+    assert line < arm.tool[1, 3] < line + 0.02
     assert run.state == "completed"
 
 
 def test_a_failure_says_why(cell):
     arm = cell.arm()
     never = arm.tool_pose.position[2] > 100.0
-    assert refused(lambda: arm.lin(arm.by(y=0.05), until=never))[1] == "no-contact"
+    assert refused(lambda: arm.lin(arm.by(y=0.05), until=never))[1] == "condition-not-met"
 
 
 def test_runs_are_cancelled(cell):

@@ -23,4 +23,4 @@ def command_line():
 def touched():
     """One run of a scenario with a sensor and an arm, recorded."""
     import takt
-    return takt.run(ROOT / "scenarios/touch.json", set={"/expect": []})
+    return takt.run(ROOT / "scenarios/touch.json", set={"/expectations": []})

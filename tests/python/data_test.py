@@ -42,8 +42,8 @@ def test_to_arrow(touched):
 
 def test_arrays_are_those_of_the_command_line(touched, tmp_path, command_line):
     import csv
-    command_line("export", touched.recording.path, "--topic", "/arm/joint_states", "--csv", tmp_path / "joints.csv")
-    rows = list(csv.reader((tmp_path / "joints.csv").open()))
+    command_line("export", touched.recording.path, "--topic", "/arm/joint_states", "--csv", tmp_path)
+    rows = list(csv.reader((tmp_path / "arm_joint_states.csv").open()))
     column = [float(row[1]) for row in rows[1:]]
     name = rows[0][1].split(" ")[0]
     assert touched["/arm/joint_states"][name].values.tolist() == column
@@ -64,7 +64,7 @@ def test_unknown_channels_have_the_nearest_name(touched):
 
 def test_a_recording_of_its_own(touched, tmp_path):
     path = tmp_path / "run.mcap"
-    takt.run("wave.json", record=path, set={"/expect": []})
+    takt.run("wave.json", record=path, set={"/expectations": []})
     recording = takt.open_recording(path)
     assert recording.topics and recording.damage == [] and recording.duration > 1
     assert recording.metadata["takt.run"]
@@ -79,7 +79,7 @@ def test_a_recording_of_its_own(touched, tmp_path):
 
 
 def test_a_run_without_a_recording_says_so():
-    run = takt.run("wave.json", record=False, set={"/expect": []})
+    run = takt.run("wave.json", record=False, set={"/expectations": []})
     with pytest.raises(takt.UsageError) as caught:
         run["arm"]
     assert caught.value.code == "requires"
@@ -88,7 +88,7 @@ def test_a_run_without_a_recording_says_so():
 def test_compare(touched, tmp_path):
     same = takt.compare(touched, touched, equal_digests=True)
     assert same.passed and same.columns
-    other = takt.run("touch.json", seed=7, set={"/expect": []})
+    other = takt.run("touch.json", seed=7, set={"/expectations": []})
     page = tmp_path / "page.html"
     differs = takt.compare(other, touched, equal_digests=True, report=page)
     assert not differs.passed and page.stat().st_size > 1000

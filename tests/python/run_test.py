@@ -15,26 +15,26 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def test_a_run_has_the_digest_of_the_command_line(touched, command_line):
-    report = command_line("run", "scenarios/touch.json", "--set", "/expect=[]")
+    report = command_line("run", "scenarios/touch.json", "--set", "/expectations=[]")
     assert touched.passed and touched.result == "passed"
     assert (touched.digest, touched.cycles) == (report["digest"], report["cycles"])
     assert [one["text"] for one in touched.events] == [one["text"] for one in report["events"]]
 
 
 def test_seed_and_values_count(command_line):
-    run = takt.run("wave.json", seed=3, record=False, set={"/expect": []})
-    assert run.digest == command_line("run", "scenarios/wave.json", "--seed", 3, "--set", "/expect=[]")["digest"]
+    run = takt.run("wave.json", seed=3, record=False, set={"/expectations": []})
+    assert run.digest == command_line("run", "scenarios/wave.json", "--seed", 3, "--set", "/expectations=[]")["digest"]
 
 
 def test_expectations_are_those_of_the_file():
-    run = takt.run("wave.json", record=False, set={"/expect": [{"name": "soon", "kind": "duration", "below_s": 0.001}]})
+    run = takt.run("wave.json", record=False, set={"/expectations": [{"name": "soon", "kind": "duration", "below_s": 0.001}]})
     assert (run.result, run.passed) == ("failed", False)
     assert [(one.name, one.passed) for one in run.expectations] == [("soon", False)]
 
 
 def test_a_film_is_made(tmp_path):
     film = tmp_path / "wave.mp4"
-    takt.run("wave.json", video=film, size="160x120", fps=2, record=False, set={"/expect": []})
+    takt.run("wave.json", video=film, size="160x120", fps=2, record=False, set={"/expectations": []})
     assert film.stat().st_size > 1000
 
 
@@ -71,7 +71,7 @@ def test_other_threads_run_meanwhile():
             time.sleep(0.001)
     thread = threading.Thread(target=count)
     thread.start()
-    takt.run("wave.json", record=False, set={"/expect": []})
+    takt.run("wave.json", record=False, set={"/expectations": []})
     done.set()
     thread.join()
     assert counted > 20
@@ -79,6 +79,7 @@ def test_other_threads_run_meanwhile():
 
 INTERRUPTED = """
     import os, signal, sys, threading, time, takt
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # who starts this may ignore it
     def kill():
         time.sleep(0.4)
         os.kill(os.getpid(), signal.SIGINT)
@@ -90,8 +91,8 @@ INTERRUPTED = """
 """
 
 
-@pytest.mark.parametrize("work", ["takt.run('wave.json', record=sys.argv[1], set={'/program': {'do': 'wait', 'seconds': 3000}})",
-                                  "takt.open('wave.json', record=sys.argv[1]).wait(3000)"])
+@pytest.mark.parametrize("work", ["takt.run('wave.json', record=sys.argv[1], set={'/program': {'do': 'wait', 'seconds': 3000}, '/expectations': [], '/time_limit_s': 3600})",
+                                  "takt.open('wave.json', record=sys.argv[1], set={'/time_limit_s': 3600}).wait(3000)"])
 def test_ctrl_c_ends_in_order(work, tmp_path):
     program = textwrap.dedent(INTERRUPTED.format(work=work))
     recording = tmp_path / "run.mcap"
