@@ -68,6 +68,7 @@ MAY_INCLUDE = {
     "app/interfaces": up_to("core/program/language"),
     "app": CORE + ["core/emulation", "sim", "record", "cell", "app/interfaces"],
     "serve": CORE + ["core/emulation", "sim", "record", "cell"],
+    "python": CORE + ["core/emulation", "sim", "record", "cell", "app", "app/interfaces"],
     "tools/import": CORE,
     "tools": CORE + ["core/emulation", "hw", "sim", "record", "cell", "app", "app/interfaces", "serve", "tools/import"],
 }
