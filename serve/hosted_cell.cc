@@ -46,7 +46,8 @@ HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, std
       built_(std::move(built)),
       faults_(std::move(faults)),
       warnings_(std::move(warnings)),
-      lease_(*built_.core) {
+      holders_(*built_.core),
+      recordings_(description_, built_, options_.run, options_.recordings) {
   run_.emplace(description_, built_, no_expectations_, faults_, options_.run);
   add_jog_channels();
   for (const auto& [name, arm] : built_.cell.arms) fresh_.arms.push_back({.name = name});
@@ -150,6 +151,7 @@ void HostedCell::copy(std::span<const rcc::Event> events) {
     view.age = channel.age();
   }
   cell::copy_picture_state(*built_.world, fresh_.picture);
+  recordings_.between_cycles(events);
   for (const rcc::Event& event : events)
     fresh_events_.push_back(
         {.sequence = 0, .cycle = event.cause.cycle >= 0 ? event.cause.cycle : core.cycle() - 1, .event = event});
@@ -196,13 +198,15 @@ cell::RunReport HostedCell::run() {
     left.swap(orders_);
   }
   for (const Order& order : left) order.done(view());
+  recordings_.close();
   return run_->finish(false, {});
 }
 
 bool HostedCell::cycle_lockstep() {
   begin_cycle();
   const bool going = run_->step({});
-  lease_.after_cycle();
+  recordings_.after_cycle();
+  lease().after_cycle();
   copy(built_.core->events());
   if (!going) failed_ = true;
   return going;
@@ -221,7 +225,11 @@ void HostedCell::run_lockstep() {
       // A signal handler cannot wake it.
       wake_.wait_for(lock, std::chrono::milliseconds(50), [this] { return stop_asked_ || !orders_.empty(); });
       if (end_asked()) break;
-      if (orders_.empty()) continue;
+      if (orders_.empty()) {
+        lock.unlock();
+        recordings_.between_cycles({});
+        continue;
+      }
       order = std::move(orders_.front());
       orders_.pop_front();
     }
@@ -234,7 +242,7 @@ void HostedCell::run_lockstep() {
 }
 
 void HostedCell::settle_lockstep() {
-  (void)lease_.release(lease_.holder());
+  lease().release_all();
   const Nanoseconds until = built_.core->time() + kSettling;
   while (connected_ && !failed_ && !clear() && built_.core->time() < until)
     if (!cycle_lockstep()) break;
@@ -260,7 +268,7 @@ void HostedCell::run_realtime() {
     }
     if (!end_asked()) return true;
     if (until == 0) {
-      (void)lease_.release(lease_.holder());
+      lease().release_all();
       until = built_.core->time() + kSettling;
     }
     return !clear() && built_.core->time() < until;
@@ -268,7 +276,8 @@ void HostedCell::run_realtime() {
   const auto report = loop->run({.after_cycle =
                                      [this] {
                                        const bool going = run_->after_cycle();
-                                       lease_.after_cycle();
+                                       recordings_.after_cycle();
+                                       lease().after_cycle();
                                        run_->before_cycle();  // of the next one
                                        begin_cycle();
                                        return going;

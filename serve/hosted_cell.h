@@ -18,7 +18,8 @@
 #include "cell/run/cell_camera.h"
 #include "cell/run/cell_run.h"
 #include "cell/run/session.h"
-#include "core/rcc/lease.h"
+#include "serve/holders.h"
+#include "serve/recordings.h"
 
 namespace takt::serve {
 
@@ -68,7 +69,8 @@ class HostedCell {
  public:
   struct Options {
     cell::OpenOptions open;
-    cell::RunOptions run;  ///< `realtime`: the wall clock's pace; else time goes on by steps() alone
+    cell::RunOptions run;                   ///< `realtime`: the wall clock's pace; else time goes on by steps() alone
+    std::filesystem::path recordings = {};  ///< folder of those that clients ask for; empty: they may not
   };
   static constexpr std::size_t kEvents = 65'536;  ///< that are kept for whoever comes back
 
@@ -92,7 +94,9 @@ class HostedCell {
   [[nodiscard]] const cell::Description& description() const { return description_; }
   [[nodiscard]] const Diagnostics& warnings() const { return warnings_; }
   [[nodiscard]] bool realtime() const { return options_.run.realtime; }
-  [[nodiscard]] rcc::Lease& lease() { return lease_; }
+  [[nodiscard]] Holders& holders() { return holders_; }
+  [[nodiscard]] rcc::Lease& lease() { return holders_.lease(); }
+  [[nodiscard]] Recordings& recordings() { return recordings_; }
   [[nodiscard]] CellView view() const;
 
   /// Events from a number on, at most `most`. `lost`: some of them are too old and not kept any more; `next` is the
@@ -142,7 +146,8 @@ class HostedCell {
   cell::BuiltCell built_;
   std::vector<cell::ScheduledFault> faults_;
   Diagnostics warnings_;
-  rcc::Lease lease_;
+  Holders holders_;
+  Recordings recordings_;
   std::vector<std::unique_ptr<cell::Expectation>> no_expectations_;
   std::optional<cell::CellRun> run_;
   std::map<std::string, JogChannels, std::less<>> jog_channels_;
