@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/object_reader.h"
+#include "core/base/version.h"
+#include "record/recorder.h"
 #include "serve/api.h"
 #include "serve/cell_json.h"
 
@@ -62,6 +64,23 @@ void Api::add_cell_routes() {
   state_route.answer.push_back({"realtime", "boolean", "the wall clock's pace; else POST /v1/steps"});
   state_route.answer.push_back({"holder", "integer", "fence of the newest lease; 0: nobody holds one"});
   routes_.push_back(std::move(state_route));
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/cell",
+                     .id = "cell",
+                     .summary = "From which file the cell is built: a program in another process builds the same.",
+                     .answer = {{"file", "string", "its name"},
+                                {"hash", "string", "of its text, with what was changed on the command line"},
+                                {"seed", "integer", "that it was built with"},
+                                {"realtime", "boolean", "the wall clock's pace"},
+                                {"version", "string", "of takt"}},
+                     .handle = [this](const Call&, const Respond& respond) {
+                       const cell::Description& cell = cell_.description();
+                       respond(json_answer(200, {{"file", cell.file.filename().string()},
+                                                 {"hash", record::content_hash(cell.text)},
+                                                 {"seed", cell.seed},
+                                                 {"realtime", cell_.realtime()},
+                                                 {"version", TAKT_VERSION}}));
+                     }});
   routes_.push_back({.method = "GET",
                      .path = "/v1/devices",
                      .id = "devices",
@@ -171,7 +190,7 @@ void Api::steps(const Call& call, const Respond& respond) {
 }
 
 HttpResponse Api::stop(const Call& call) {
-  cell_.core().stop_all(net::Cause::Code::kAborted, fmt::format("STOP by '{}'", call.client.name));
+  cell_.stop_nets(net::Text(fmt::format("STOP by '{}'", call.client.name)));
   log_(fmt::format("STOP by '{}'", call.client.name));
   return json_answer(200, {{"stopped", true}});
 }

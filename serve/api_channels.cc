@@ -7,7 +7,6 @@
 
 #include "core/base/keys_of.h"
 #include "core/base/object_reader.h"
-#include "core/net/value_json.h"
 #include "serve/api.h"
 #include "serve/cell_json.h"
 
@@ -20,39 +19,6 @@ constexpr std::int64_t kMostEvery = 100'000, kMostKept = 100'000, kMostTaken = 4
 
 const std::vector<Field> kWatchAnswer = {{"watch", "integer", "its number"},
                                          {"every", "integer", "cycles between two values"}};
-
-/// A value of the type that has this index. @return nothing for null
-Diagnostics read_value(const ValueJson& json, net::ValueType type, std::optional<device::ChannelValue>& value) {
-  if (json.is_null()) return {};
-  const auto read = [&]<class T>(T one) {
-    Diagnostics wrong = net::value_from_json(json, one);
-    value = device::ChannelValue(one);
-    return wrong;
-  };
-  switch (type) {
-    case net::ValueType::kBoolean:
-      return read(net::Boolean{});
-    case net::ValueType::kInteger:
-      return read(net::Integer{});
-    case net::ValueType::kReal:
-      return read(net::Real{});
-    case net::ValueType::kString:
-      return read(net::Text{});
-    case net::ValueType::kVector:
-      return read(net::Vector{});
-    case net::ValueType::kRotation:
-      return read(net::Rotation{});
-    case net::ValueType::kFrame:
-      return read(net::Frame{});
-    case net::ValueType::kTwist:
-      return read(net::Twist{});
-    case net::ValueType::kWrench:
-      return read(net::Wrench{});
-    case net::ValueType::kJoints:
-      return read(net::JointArray{});
-  }
-  return {};
-}
 
 std::int64_t watch_in(const Call& call) {
   const std::string& text = call.path.at("watch");

@@ -56,7 +56,11 @@ void Api::add_net_routes() {
                "LOAD: verifies and compiles a net outside of the cycle; STATE says when it is Ready or Rejected.",
                Need::kHolder, 202);
   load_route.body = {{"net", "object", "the net, as in a net file"},
-                     {"cancel_bound_cycles", "integer", "from a cancel to the end, at most", false, 1}};
+                     {"cancel_bound_cycles", "integer", "from a cancel to the end, at most", false, 1},
+                     {"goes_on", "string", "a Boolean, id.port: while it is true the bound does not count", false},
+                     {"stopped", "string", "a Boolean, id.port: the net has ended because it was stopped", false},
+                     {"begins", "array", "seams: device, q, dq, ddq, mode, tool: how the net takes it over", false},
+                     {"ends", "array", "seams: how the net leaves its devices", false}};
   load_route.answer = {{"net", "integer", "number of the net"}, {"state", "string", "Loading"}};
   load_route.handle = [this](const Call& call, const Respond& respond) { load(call, respond); };
   routes_.push_back(std::move(load_route));
@@ -133,9 +137,7 @@ void Api::load_now(const Json& json, std::uint32_t fence, const Respond& respond
   Diagnostics diagnostics;
   ObjectReader reader(json, "", diagnostics);
   const Json* net = reader.object("net");
-  rcc::LoadOptions options;
-  if (reader.has("cancel_bound_cycles"))
-    options.cancel_bound_cycles = reader.integer("cancel_bound_cycles", {}, Range{.low = 1, .high = 1e9});
+  const rcc::LoadOptions options = read_load_options(reader);
   reader.finish();
   std::optional<net::NetDescription> description;
   if (net != nullptr) {

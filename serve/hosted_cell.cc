@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "cell/judge/expectations.h"
+
 namespace takt::serve {
 namespace {
 
@@ -47,8 +49,22 @@ HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, std
       faults_(std::move(faults)),
       warnings_(std::move(warnings)),
       holders_(*built_.core),
-      recordings_(description_, built_, options_.run, options_.recordings) {
-  run_.emplace(description_, built_, no_expectations_, faults_, options_.run);
+      recordings_(description_, built_, options_.run, options_.recordings),
+      follow_(built_, holders_.lease()) {
+  // As of a program in C++: nobody knows its steps.
+  auto expectations = cell::make_expectations(description_.expectations, built_, std::nullopt);
+  if (expectations) {
+    expectations_ = std::move(*expectations);
+  } else {
+    warnings_.append(expectations.error());
+  }
+  run_.emplace(description_, built_, expectations_, faults_, options_.run);
+  run_->ask_touching([this] {
+    constexpr std::int64_t kMoment = 200;  // cycles
+    auto all = touching_;
+    if (realtime() && built_.core->cycle() - touching_since_ < kMoment) all.insert(touched_.begin(), touched_.end());
+    return all;
+  });
   add_jog_channels();
   for (const auto& [name, arm] : built_.cell.arms) fresh_.arms.push_back({.name = name});
   for (const auto& [name, channel] : built_.cell.channels) fresh_.channels.push_back({.name = name});
@@ -77,6 +93,47 @@ void HostedCell::begin_cycle() {
     channels.tool->begin_cycle(core.cycle(), core.time());
     channels.joints->begin_cycle(core.cycle(), core.time());
   }
+  if (stop_nets_.load(std::memory_order_acquire)) {
+    const net::Text why = stop_why_;
+    stop_nets_.store(false, std::memory_order_release);
+    built_.core->stop_all(net::Cause::Code::kAborted, why.view());
+    follow_.before_cycle();
+    follow_.stopped(why);
+    return;
+  }
+  follow_.before_cycle();
+}
+
+void HostedCell::stop_nets(const net::Text& why) {
+  if (stop_nets_.load(std::memory_order_acquire)) return;  // the cycle that comes next stops them
+  stop_why_ = why;
+  stop_nets_.store(true, std::memory_order_release);
+}
+
+void HostedCell::between_cycles(std::function<void(cell::CellRun& run)> task) {
+  const std::lock_guard lock(mutex_);
+  tasks_.push_back(std::move(task));
+  wake_.notify_all();
+}
+
+void HostedCell::set_touching(std::set<std::string, std::less<>> devices) {
+  touched_ = std::exchange(touching_, std::move(devices));
+  touching_since_ = built_.core->cycle();
+}
+
+void HostedCell::wake() {
+  const std::lock_guard lock(mutex_);
+  woken_ = true;
+  wake_.notify_all();
+}
+
+void HostedCell::do_tasks() {
+  std::vector<std::function<void(cell::CellRun & run)>> tasks;
+  {
+    const std::lock_guard lock(mutex_);
+    tasks.swap(tasks_);
+  }
+  for (const auto& task : tasks) task(*run_);
 }
 
 bool HostedCell::interrupted() const { return options_.run.interrupt != nullptr && options_.run.interrupt->load() > 0; }
@@ -205,6 +262,7 @@ cell::RunReport HostedCell::run() {
 bool HostedCell::cycle_lockstep() {
   begin_cycle();
   const bool going = run_->step({});
+  follow_.after_cycle();
   recordings_.after_cycle();
   lease().after_cycle();
   copy(built_.core->events());
@@ -223,11 +281,13 @@ void HostedCell::run_lockstep() {
     {
       std::unique_lock lock(mutex_);
       // A signal handler cannot wake it.
-      wake_.wait_for(lock, std::chrono::milliseconds(50), [this] { return stop_asked_ || !orders_.empty(); });
+      wake_.wait_for(lock, std::chrono::milliseconds(50),
+                     [this] { return stop_asked_ || woken_ || !tasks_.empty() || !orders_.empty(); });
       if (end_asked()) break;
-      if (orders_.empty()) {
+      if (woken_ || !tasks_.empty() || orders_.empty()) {
+        woken_ = false;
         lock.unlock();
-        recordings_.between_cycles({});
+        look_around();
         continue;
       }
       order = std::move(orders_.front());
@@ -239,6 +299,15 @@ void HostedCell::run_lockstep() {
     order.done(fresh_);
   }
   settle_lockstep();
+}
+
+/// While no cycle runs: what else there is to do.
+void HostedCell::look_around() {
+  recordings_.between_cycles({});
+  follow_.look();
+  do_tasks();
+  const std::lock_guard lock(listener_mutex_);
+  if (listener_) listener_();
 }
 
 void HostedCell::settle_lockstep() {
@@ -256,6 +325,8 @@ void HostedCell::run_realtime() {
   Nanoseconds until = 0;
   const auto program = [&] {
     copy(*loop->support().events);
+    follow_.look();
+    do_tasks();
     if (!run_->look_on({})) {
       failed_ = true;
       return false;
@@ -276,6 +347,7 @@ void HostedCell::run_realtime() {
   const auto report = loop->run({.after_cycle =
                                      [this] {
                                        const bool going = run_->after_cycle();
+                                       follow_.after_cycle();
                                        recordings_.after_cycle();
                                        lease().after_cycle();
                                        run_->before_cycle();  // of the next one

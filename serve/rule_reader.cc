@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/sample_tape.h"
+
 namespace takt::serve {
 namespace {
 
@@ -118,7 +120,53 @@ void read_condition(ObjectReader& reader, const rcc::ControlCore& core, rcc::Con
   }
 }
 
+kinematics::JointVector read_joints(ObjectReader& reader, std::string_view key) {
+  const std::vector<double> values = reader.numbers(key, 0, std::vector<double>{});
+  if (values.size() > static_cast<std::size_t>(kinematics::kMaxJoints)) {
+    reader.diagnostics().error(Code::kWrongSize, reader.at(key), fmt::format("{} joints", values.size()),
+                               fmt::format("Give at most {}", kinematics::kMaxJoints));
+    return {};
+  }
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+std::vector<rcc::NetSeam> read_seams(ObjectReader& reader, std::string_view key) {
+  std::vector<rcc::NetSeam> seams;
+  const RuleJson* list = reader.array(key, false);
+  for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
+    const std::string pointer = reader.at(key) + pointer_segment(i);
+    if (!(*list)[i].is_object()) {
+      reader.diagnostics().error(Code::kWrongType, pointer, "a seam is an object", "Give device, and q, dq, ddq");
+      continue;
+    }
+    ObjectReader entry((*list)[i], pointer, reader.diagnostics());
+    rcc::NetSeam seam{.device = entry.text("device"),
+                      .seam = {.q = read_joints(entry, "q"),
+                               .dq = read_joints(entry, "dq"),
+                               .ddq = read_joints(entry, "ddq"),
+                               .mode = net::Text(entry.text("mode", ""))}};
+    if (entry.has("tool")) {
+      const std::vector<double> tool = entry.numbers("tool", cell::kToolValues);
+      if (tool.size() == cell::kToolValues) seam.seam.tool = cell::tool_of(tool);
+    }
+    entry.finish();
+    seams.push_back(std::move(seam));
+  }
+  return seams;
+}
+
 }  // namespace
+
+rcc::LoadOptions read_load_options(ObjectReader& reader) {
+  rcc::LoadOptions options;
+  if (reader.has("cancel_bound_cycles"))
+    options.cancel_bound_cycles = reader.integer("cancel_bound_cycles", {}, Range{.low = 1, .high = 1e9});
+  options.goes_on = reader.text("goes_on", "");
+  options.stopped = reader.text("stopped", "");
+  options.begins = read_seams(reader, "begins");
+  options.ends = read_seams(reader, "ends");
+  return options;
+}
 
 rcc::NetId read_net(ObjectReader& reader, std::string_view key) {
   const auto net = reader.integer(key, {}, kNetNumbers);

@@ -13,4 +13,7 @@ namespace takt::serve {
 /// of the core; errors go to the reader's diagnostics.
 [[nodiscard]] rcc::Rule read_rule(ObjectReader& reader, const rcc::ControlCore& core);
 
+/// What a net is loaded with, beside the net: "cancel_bound_cycles", "goes_on", "stopped", "begins", "ends".
+[[nodiscard]] rcc::LoadOptions read_load_options(ObjectReader& reader);
+
 }  // namespace takt::serve
