@@ -236,7 +236,9 @@ ServerLink::Answer ServerLink::ask(const std::string& method, const std::string&
   beast::error_code error;
   Answer answer = impl_->exchange(request, error);
   // A connection that was idle for long was closed; what was asked there was not heard.
-  if (error == http::error::end_of_stream && impl_->open_http(error)) answer = impl_->exchange(request, error);
+  const bool closed = error == http::error::end_of_stream || error == asio::error::broken_pipe ||
+                      error == asio::error::connection_reset;
+  if (closed && impl_->open_http(error)) answer = impl_->exchange(request, error);
   if (error) throw LinkError(fmt::format("{} {}: {}", method, target, error.message()));
   return answer;
 }

@@ -47,11 +47,17 @@ void restore_gripper(ByteReader& in, device::Gripper& gripper, std::int64_t cycl
   const auto sequence = in.get<std::uint64_t>();
   const double width = in.get<double>(), speed = in.get<double>(), force = in.get<double>();
   constexpr std::uint64_t kMost = 1'000'000;
+  if (sequence == 0) return;
+  gripper.begin_cycle(cycle, time);
+  gripper.hold();
   // What counts commands counts those that differ.
   for (std::uint64_t i = 1; i <= std::min(sequence, kMost); ++i) {
-    const double other = (sequence - i) % 2 == 1 ? 1e-6 : 0.0;
-    send_once(gripper, cycle, time, [&] { gripper.propose(width + other, speed, force); });
+    gripper.propose((sequence - i) % 2 == 1 ? width + 1e-6 : width, speed, force);
+    gripper.hand_over();
   }
+  gripper.begin_cycle(cycle, time);
+  gripper.release();
+  gripper.hand_over();
 }
 
 }  // namespace

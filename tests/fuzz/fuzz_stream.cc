@@ -1,5 +1,7 @@
 // Any bytes as messages of a stream, one a line, lead to answers or to the end of that connection. By hand, as it needs
 // the simulation: docs/testing.md.
+#include <algorithm>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -53,7 +55,7 @@ struct Stage {
                               .post = [](const std::function<void()>& work) { work(); },
                               .work_elsewhere = [](const std::function<void()>&) { return false; },
                               .forget_later = [](rcc::NetId) {}});
-    sights = std::make_unique<serve::SharedSights>(serve::SharedSights{
+    sights.reset(new serve::SharedSights{
         .view = cell->view(), .watches = serve::WatchPool(cell->core()), .scene = cell::CellScene(cell->built())});
   }
 };
