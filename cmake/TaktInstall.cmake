@@ -9,7 +9,7 @@ set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinemati
     takt_core_planning takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_expression takt_core_command takt_core_command_actions
     takt_core_activity takt_core_operations takt_app_interfaces takt_core_program_language takt_core_program_tree takt_record)
 if(TAKT_SIM)
-  list(APPEND TAKT_HOSTED takt_sim takt_cell takt_app)
+  list(APPEND TAKT_HOSTED takt_sim takt_cell takt_app_remote takt_app)
 endif()
 function(takt_hosts_plugins target)
   takt_link_whole(${target} ${TAKT_HOSTED})

@@ -1,7 +1,7 @@
 #include "serve/access.h"
 
 #include <algorithm>
-#include <cctype>
+#include <charconv>
 #include <random>
 #include <sstream>
 
@@ -67,6 +67,57 @@ Result<std::vector<Token>> read_tokens(const std::filesystem::path& file) {
   diagnostics.set_file(file.string());
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return tokens;
+}
+
+namespace {
+
+bool is_host(std::string_view text) {
+  if (text.starts_with('[') && text.ends_with(']') && text.size() > 2)
+    return text.find_first_not_of("0123456789abcdef:.", 1) == text.size() - 1;
+  return !text.empty() && text.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyz-_.") == std::string_view::npos &&
+         !text.starts_with('.') && !text.starts_with('-');
+}
+
+bool is_port(std::string_view text) {
+  int port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return error == std::errc() && end == text.data() + text.size() && port > 0 && port < 65536 && text.front() != '0';
+}
+
+}  // namespace
+
+Diagnostics check_origin(const std::string& place, const std::string& origin) {
+  Diagnostics wrong;
+  const auto refuse = [&](std::string_view what) {
+    wrong.error(Code::kInvalidValue, place, fmt::format("'{}' is no origin: {}", origin, what),
+                "Give scheme, host and, if it is not the usual one, port in lower case: https://panel.example:8443");
+  };
+  std::string_view rest = origin;
+  if (rest.starts_with("https://")) {
+    rest.remove_prefix(8);
+  } else if (rest.starts_with("http://")) {
+    rest.remove_prefix(7);
+  } else {
+    refuse("it begins with neither http:// nor https://");
+    return wrong;
+  }
+  if (rest.find_first_of("/?#@") != std::string_view::npos) {
+    refuse("an origin has no path, no query and no user");
+    return wrong;
+  }
+  const std::size_t bracket = rest.rfind(']');
+  const std::size_t colon = rest.find(':', rest.starts_with('[') && bracket != std::string_view::npos ? bracket : 0);
+  if (!is_host(rest.substr(0, colon))) refuse("its host is none, or is not in lower case");
+  if (colon != std::string_view::npos && !is_port(rest.substr(colon + 1))) refuse("its port is none of 1 to 65535");
+  return wrong;
+}
+
+Diagnostics check_host_name(const std::string& place, const std::string& name) {
+  Diagnostics wrong;
+  if (!is_host(name))
+    wrong.error(Code::kInvalidValue, place, fmt::format("'{}' is no name of a machine", name),
+                "Give a name without scheme and port, in lower case: robot.example");
+  return wrong;
 }
 
 bool equal_in_constant_time(std::string_view one, std::string_view other) {

@@ -28,6 +28,12 @@ struct Token {
 /// that is wrong. Realtime: setup.
 [[nodiscard]] Result<std::vector<Token>> read_tokens(const std::filesystem::path& file);
 
+/// Why a page cannot have this origin: scheme://host, with a port where it is not the usual one, and nothing behind it.
+/// Pointers are `place`. Realtime: setup.
+[[nodiscard]] Diagnostics check_origin(const std::string& place, const std::string& origin);
+/// Why a machine cannot have this name, without scheme and port.
+[[nodiscard]] Diagnostics check_host_name(const std::string& place, const std::string& name);
+
 /// True if both are equal; takes the same time wherever they differ.
 [[nodiscard]] bool equal_in_constant_time(std::string_view one, std::string_view other);
 

@@ -56,12 +56,14 @@ Api::Api(HostedCell& cell, Access access, std::function<void(const std::string& 
   add_watch_routes();
   add_stream_routes();
   add_scene_routes();
+  add_lease_routes();
+  add_recording_routes();
   worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
 
 Api::~Api() {
   worker_.request_stop();
-  for (const auto& [id, watch] : watches_) cell_.core().unwatch(watch);
+  for (const auto& [id, one] : watches_) cell_.core().unwatch(one.watch);
 }
 
 void Api::work(const std::stop_token& stop) {
@@ -92,7 +94,7 @@ std::optional<HttpResponse> Api::check_need(const Route& route, Call& call) {
   if (cell_.lease().renew(call.fence)) return {};
   Diagnostics why;
   why.error(Code::kNotPossibleNow, "Takt-Fence",
-            fmt::format("{} is not, or no longer, the fence of the holder", call.fence),
+            fmt::format("{} is not, or no longer, the fence of a holder", call.fence),
             "Take the lease with POST /v1/lease");
   return problem(409, "the lease is not yours", why);
 }

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -41,7 +42,10 @@ class Api {
 
   static constexpr std::int64_t kMostCycles = 100'000;  ///< of one order in lock-step
   static constexpr std::size_t kMostWatches = 64, kKeys = 1024;
-  static constexpr std::size_t kStreamsOfOne = 32;  ///< streams of one client
+  static constexpr std::size_t kWatchesOfOne = 32;    ///< watches of one client
+  static constexpr std::size_t kRulesOfOne = 64;      ///< rules of one client that wait
+  static constexpr std::size_t kRequestsOfOne = 256;  ///< requests of one client to one cycle
+  static constexpr std::size_t kStreamsOfOne = 32;    ///< streams of one client
 
  private:
   void add_net_routes();
@@ -51,6 +55,8 @@ class Api {
   void add_watch_routes();
   void add_stream_routes();
   void add_scene_routes();
+  void add_lease_routes();
+  void add_recording_routes();
 
   // api.cc
   void dispatch(const Route& route, Call& call, const Respond& respond);
@@ -70,6 +76,8 @@ class Api {
   [[nodiscard]] HttpResponse post_rule(const Call& call);
   [[nodiscard]] HttpResponse schedule(const Call& call);
   [[nodiscard]] HttpResponse posted(rcc::RequestId request) const;
+  [[nodiscard]] std::optional<HttpResponse> check_quota(const Call& call, bool waits);
+  void note_posted(const Call& call, rcc::RequestId request, bool waits);
 
   // api_cell.cc
   [[nodiscard]] HttpResponse state() const;
@@ -77,10 +85,17 @@ class Api {
   [[nodiscard]] HttpResponse device(const Call& call) const;
   [[nodiscard]] HttpResponse events(const Call& call) const;
   void steps(const Call& call, const Respond& respond);
+  [[nodiscard]] HttpResponse stop(const Call& call);
+
+  // api_lease.cc
+  [[nodiscard]] HttpResponse leases() const;
   [[nodiscard]] HttpResponse take_lease(const Call& call);
   [[nodiscard]] HttpResponse renew_lease(const Call& call);
   [[nodiscard]] HttpResponse release_lease(const Call& call);
-  [[nodiscard]] HttpResponse stop(const Call& call);
+
+  // api_recording.cc
+  void set_recording(const Call& call, const Respond& respond);
+  void save_recording(const Call& call, const Respond& respond);
 
   // api_channels.cc
   [[nodiscard]] HttpResponse channels() const;
@@ -105,8 +120,19 @@ class Api {
   Access access_;
   std::function<void(const std::string& line)> log_;
   std::vector<Route> routes_;
-  std::string holder_name_;
-  std::map<std::int64_t, std::shared_ptr<rcc::Watch>> watches_;
+  struct OwnWatch {
+    std::shared_ptr<rcc::Watch> watch;
+    std::string client;
+  };
+  std::map<std::int64_t, OwnWatch> watches_;
+  /// What a client has asked of the core.
+  struct Asked {
+    std::int64_t cycle = -1;                ///< that its requests go to
+    std::size_t in_cycle = 0;               ///< of them
+    std::set<rcc::RequestId> waiting = {};  ///< rules without an answer
+  };
+  std::map<std::string, Asked> asked_;
+  std::int64_t answers_seen_ = 1;  ///< number of the next event that may answer a rule
   std::int64_t last_watch_ = 0;
 
   mutable std::mutex mutex_;  ///< names_, kept_, jobs_

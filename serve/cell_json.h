@@ -16,4 +16,8 @@ namespace takt::serve {
 [[nodiscard]] nlohmann::ordered_json to_json(const LoggedEvent& event);
 [[nodiscard]] nlohmann::ordered_json to_json(const CellView& view);
 
+/// Reads a value of a type. @param value  nothing for null. @return all that is wrong with it
+[[nodiscard]] Diagnostics read_value(const nlohmann::ordered_json& json, net::ValueType type,
+                                     std::optional<device::ChannelValue>& value);
+
 }  // namespace takt::serve

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "cell/judge/expectations.h"
+
 namespace takt::serve {
 namespace {
 
@@ -46,8 +48,23 @@ HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, std
       built_(std::move(built)),
       faults_(std::move(faults)),
       warnings_(std::move(warnings)),
-      lease_(*built_.core) {
-  run_.emplace(description_, built_, no_expectations_, faults_, options_.run);
+      holders_(*built_.core),
+      recordings_(description_, built_, options_.run, options_.recordings),
+      follow_(built_, holders_.lease()) {
+  // As of a program in C++: nobody knows its steps.
+  auto expectations = cell::make_expectations(description_.expectations, built_, std::nullopt);
+  if (expectations) {
+    expectations_ = std::move(*expectations);
+  } else {
+    warnings_.append(expectations.error());
+  }
+  run_.emplace(description_, built_, expectations_, faults_, options_.run);
+  run_->ask_touching([this] {
+    constexpr std::int64_t kMoment = 200;  // cycles
+    auto all = touching_;
+    if (realtime() && built_.core->cycle() - touching_since_ < kMoment) all.insert(touched_.begin(), touched_.end());
+    return all;
+  });
   add_jog_channels();
   for (const auto& [name, arm] : built_.cell.arms) fresh_.arms.push_back({.name = name});
   for (const auto& [name, channel] : built_.cell.channels) fresh_.channels.push_back({.name = name});
@@ -76,6 +93,47 @@ void HostedCell::begin_cycle() {
     channels.tool->begin_cycle(core.cycle(), core.time());
     channels.joints->begin_cycle(core.cycle(), core.time());
   }
+  if (stop_nets_.load(std::memory_order_acquire)) {
+    const net::Text why = stop_why_;
+    stop_nets_.store(false, std::memory_order_release);
+    built_.core->stop_all(net::Cause::Code::kAborted, why.view());
+    follow_.before_cycle();
+    follow_.stopped(why);
+    return;
+  }
+  follow_.before_cycle();
+}
+
+void HostedCell::stop_nets(const net::Text& why) {
+  if (stop_nets_.load(std::memory_order_acquire)) return;  // the cycle that comes next stops them
+  stop_why_ = why;
+  stop_nets_.store(true, std::memory_order_release);
+}
+
+void HostedCell::between_cycles(std::function<void(cell::CellRun& run)> task) {
+  const std::lock_guard lock(mutex_);
+  tasks_.push_back(std::move(task));
+  wake_.notify_all();
+}
+
+void HostedCell::set_touching(std::set<std::string, std::less<>> devices) {
+  touched_ = std::exchange(touching_, std::move(devices));
+  touching_since_ = built_.core->cycle();
+}
+
+void HostedCell::wake() {
+  const std::lock_guard lock(mutex_);
+  woken_ = true;
+  wake_.notify_all();
+}
+
+void HostedCell::do_tasks() {
+  std::vector<std::function<void(cell::CellRun & run)>> tasks;
+  {
+    const std::lock_guard lock(mutex_);
+    tasks.swap(tasks_);
+  }
+  for (const auto& task : tasks) task(*run_);
 }
 
 bool HostedCell::interrupted() const { return options_.run.interrupt != nullptr && options_.run.interrupt->load() > 0; }
@@ -150,6 +208,7 @@ void HostedCell::copy(std::span<const rcc::Event> events) {
     view.age = channel.age();
   }
   cell::copy_picture_state(*built_.world, fresh_.picture);
+  recordings_.between_cycles(events);
   for (const rcc::Event& event : events)
     fresh_events_.push_back(
         {.sequence = 0, .cycle = event.cause.cycle >= 0 ? event.cause.cycle : core.cycle() - 1, .event = event});
@@ -196,13 +255,16 @@ cell::RunReport HostedCell::run() {
     left.swap(orders_);
   }
   for (const Order& order : left) order.done(view());
+  recordings_.close();
   return run_->finish(false, {});
 }
 
 bool HostedCell::cycle_lockstep() {
   begin_cycle();
   const bool going = run_->step({});
-  lease_.after_cycle();
+  follow_.after_cycle();
+  recordings_.after_cycle();
+  lease().after_cycle();
   copy(built_.core->events());
   if (!going) failed_ = true;
   return going;
@@ -219,9 +281,15 @@ void HostedCell::run_lockstep() {
     {
       std::unique_lock lock(mutex_);
       // A signal handler cannot wake it.
-      wake_.wait_for(lock, std::chrono::milliseconds(50), [this] { return stop_asked_ || !orders_.empty(); });
+      wake_.wait_for(lock, std::chrono::milliseconds(50),
+                     [this] { return stop_asked_ || woken_ || !tasks_.empty() || !orders_.empty(); });
       if (end_asked()) break;
-      if (orders_.empty()) continue;
+      if (woken_ || !tasks_.empty() || orders_.empty()) {
+        woken_ = false;
+        lock.unlock();
+        look_around();
+        continue;
+      }
       order = std::move(orders_.front());
       orders_.pop_front();
     }
@@ -233,8 +301,17 @@ void HostedCell::run_lockstep() {
   settle_lockstep();
 }
 
+/// While no cycle runs: what else there is to do.
+void HostedCell::look_around() {
+  recordings_.between_cycles({});
+  follow_.look();
+  do_tasks();
+  const std::lock_guard lock(listener_mutex_);
+  if (listener_) listener_();
+}
+
 void HostedCell::settle_lockstep() {
-  (void)lease_.release(lease_.holder());
+  lease().release_all();
   const Nanoseconds until = built_.core->time() + kSettling;
   while (connected_ && !failed_ && !clear() && built_.core->time() < until)
     if (!cycle_lockstep()) break;
@@ -248,6 +325,8 @@ void HostedCell::run_realtime() {
   Nanoseconds until = 0;
   const auto program = [&] {
     copy(*loop->support().events);
+    follow_.look();
+    do_tasks();
     if (!run_->look_on({})) {
       failed_ = true;
       return false;
@@ -260,7 +339,7 @@ void HostedCell::run_realtime() {
     }
     if (!end_asked()) return true;
     if (until == 0) {
-      (void)lease_.release(lease_.holder());
+      lease().release_all();
       until = built_.core->time() + kSettling;
     }
     return !clear() && built_.core->time() < until;
@@ -268,7 +347,9 @@ void HostedCell::run_realtime() {
   const auto report = loop->run({.after_cycle =
                                      [this] {
                                        const bool going = run_->after_cycle();
-                                       lease_.after_cycle();
+                                       follow_.after_cycle();
+                                       recordings_.after_cycle();
+                                       lease().after_cycle();
                                        run_->before_cycle();  // of the next one
                                        begin_cycle();
                                        return going;

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,9 @@
 #include "cell/run/cell_camera.h"
 #include "cell/run/cell_run.h"
 #include "cell/run/session.h"
-#include "core/rcc/lease.h"
+#include "serve/follow_log.h"
+#include "serve/holders.h"
+#include "serve/recordings.h"
 
 namespace takt::serve {
 
@@ -68,7 +71,8 @@ class HostedCell {
  public:
   struct Options {
     cell::OpenOptions open;
-    cell::RunOptions run;  ///< `realtime`: the wall clock's pace; else time goes on by steps() alone
+    cell::RunOptions run;                   ///< `realtime`: the wall clock's pace; else time goes on by steps() alone
+    std::filesystem::path recordings = {};  ///< folder of those that clients ask for; empty: they may not
   };
   static constexpr std::size_t kEvents = 65'536;  ///< that are kept for whoever comes back
 
@@ -92,7 +96,10 @@ class HostedCell {
   [[nodiscard]] const cell::Description& description() const { return description_; }
   [[nodiscard]] const Diagnostics& warnings() const { return warnings_; }
   [[nodiscard]] bool realtime() const { return options_.run.realtime; }
-  [[nodiscard]] rcc::Lease& lease() { return lease_; }
+  [[nodiscard]] Holders& holders() { return holders_; }
+  [[nodiscard]] rcc::Lease& lease() { return holders_.lease(); }
+  [[nodiscard]] Recordings& recordings() { return recordings_; }
+  [[nodiscard]] FollowLog& follow_log() { return follow_; }
   [[nodiscard]] CellView view() const;
 
   /// Events from a number on, at most `most`. `lost`: some of them are too old and not kept any more; `next` is the
@@ -109,6 +116,16 @@ class HostedCell {
   void on_news(std::function<void()> listener);
   /// Of an arm of the cell.
   [[nodiscard]] JogChannels jog_channels(const std::string& arm) const { return jog_channels_.at(arm); }
+
+  /// STOP: ends all nets in the next cycle. One thread; needs no room, and nothing comes before it.
+  void stop_nets(const net::Text& why);
+  /// Has something done by whoever runs the cell, between two cycles and in order with steps().
+  void between_cycles(std::function<void(cell::CellRun& run)> task);
+  /// What a program means to touch from now on; in real time, where it is told late, what it meant until now stays so
+  /// for a moment. Whoever runs the cell.
+  void set_touching(std::set<std::string, std::less<>> devices);
+  /// Wakes whoever runs the cell, if he waits for steps().
+  void wake();
 
   /// Lock-step: runs so many cycles, then calls `done` with the view after the last one, on the thread of run(). Orders
   /// are carried out one after the other. @return false: the cell runs in real time, or too many orders wait
@@ -129,8 +146,10 @@ class HostedCell {
   void add_jog_channels();
   /// Before each cycle, on its thread. Realtime: cyclic.
   void begin_cycle();
+  void do_tasks();
   void run_realtime();
   void settle_lockstep();
+  void look_around();
 
   struct Order {
     std::int64_t cycles;
@@ -142,12 +161,16 @@ class HostedCell {
   cell::BuiltCell built_;
   std::vector<cell::ScheduledFault> faults_;
   Diagnostics warnings_;
-  rcc::Lease lease_;
-  std::vector<std::unique_ptr<cell::Expectation>> no_expectations_;
+  Holders holders_;
+  Recordings recordings_;
+  FollowLog follow_;
+  std::vector<std::unique_ptr<cell::Expectation>> expectations_;
   std::optional<cell::CellRun> run_;
   std::map<std::string, JogChannels, std::less<>> jog_channels_;
   std::atomic<bool> stop_asked_ = false;
   bool connected_ = false, failed_ = false;
+  std::set<std::string, std::less<>> touching_, touched_;  ///< now, and until then
+  std::int64_t touching_since_ = 0;                        ///< cycle
 
   CellView fresh_;                         ///< of the thread of run()
   std::vector<LoggedEvent> fresh_events_;  ///< likewise, with no numbers yet
@@ -157,6 +180,10 @@ class HostedCell {
   std::deque<LoggedEvent> log_;
   std::int64_t next_sequence_ = 1;
   std::deque<Order> orders_;
+  std::vector<std::function<void(cell::CellRun& run)>> tasks_;
+  net::Text stop_why_;  ///< valid with stop_nets_
+  std::atomic<bool> stop_nets_ = false;
+  bool woken_ = false;
   std::mutex listener_mutex_;
   std::function<void()> listener_;
 };

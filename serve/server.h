@@ -24,6 +24,8 @@ class Server {
     std::vector<std::string> origins = {};                  ///< pages elsewhere that may use the server, "https://a.b"
     std::function<void(const std::string& line)> log = {};  ///< from any thread
   };
+  /// All that is wrong with options, before a cell is built. Realtime: setup.
+  [[nodiscard]] static Diagnostics check(const Options& options);
   /// @return the server, which answers from now on; or why it cannot. Realtime: setup.
   [[nodiscard]] static Result<std::unique_ptr<Server>> open(HostedCell& cell, const Options& options);
   ~Server();

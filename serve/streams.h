@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "serve/follow_session.h"
 #include "serve/foxglove_session.h"
 #include "serve/stream_session.h"
 

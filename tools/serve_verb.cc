@@ -1,4 +1,5 @@
 // takt serve: the core of a cell by network, without a program.
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -16,7 +17,7 @@ namespace takt::tools {
 namespace {
 
 struct ServeArguments {
-  std::string file, address = "127.0.0.1", tokens;
+  std::string file, address = "127.0.0.1", tokens, recordings;
   int port = 8700;
   bool lockstep = false;
   std::vector<std::string> names, origins;
@@ -42,9 +43,13 @@ int serve_cell(const ServeArguments& arguments, const Common& common) {
       diagnostics.append(tokens.error());
     }
   }
+  if (arguments.tokens.empty() || !options.tokens.empty()) diagnostics.append(serve::Server::check(options));
+  if (!arguments.recordings.empty() && !std::filesystem::is_directory(arguments.recordings))
+    diagnostics.error(Code::kNotFound, "--recordings", fmt::format("there is no folder '{}'", arguments.recordings),
+                      "Make it first");
   if (diagnostics.has_errors()) return report(diagnostics, common);
   const device::ModelLibrary library = common.library();
-  serve::HostedCell::Options hosting{.open = parsed.open, .run = parsed.run};
+  serve::HostedCell::Options hosting{.open = parsed.open, .run = parsed.run, .recordings = arguments.recordings};
   hosting.run.interrupt = &app::catch_interrupts();
   hosting.run.realtime = !arguments.lockstep;
   auto cell = serve::HostedCell::open(arguments.file, library, hosting);
@@ -87,6 +92,8 @@ std::pair<CLI::App*, Verb> add_serve(CLI::App& parser, Common& common) {
   verb->add_option("--origin", arguments->origins, "Page elsewhere that may use the server, https://a.b; several times")
       ->type_name("ORIGIN")
       ->allow_extra_args(false);
+  verb->add_option("--recordings", arguments->recordings, "Folder of recordings that clients begin; without it: none")
+      ->type_name("FOLDER");
   auto* realtime = verb->add_flag("--realtime", arguments->run.realtime, "At the wall clock's pace (the default)");
   verb->add_flag("--lockstep", arguments->lockstep, "Time goes on only when a client says so")->excludes(realtime);
   verb->add_option("--site", arguments->run.site, "Site file: back ends of the devices")->type_name("FILE");

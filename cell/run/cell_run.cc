@@ -459,6 +459,20 @@ bool CellRun::judge(bool whole, const std::function<std::string()>& run_again) {
                              [=](const auto& result) { return result.passed || (whole && !result.judged); });
 }
 
+std::vector<ExpectationResult> CellRun::judge_now() const {
+  const Outcome outcome{built_,
+                        variables_,
+                        steps_begun_,
+                        to_seconds(built_.core->time()),
+                        rcc::to_string(built_.core->digest().value()),
+                        {},
+                        contact_log_.summaries(),
+                        contact_log_.standing()};
+  std::vector<ExpectationResult> results;
+  for (const auto& expectation : expectations_) results.push_back(expectation->judge(outcome));
+  return results;
+}
+
 /// For the recording and the log of the report; on the terminal the report says it.
 void CellRun::record_verdicts() {
   for (const ExpectationResult& result : report_.expectations) {

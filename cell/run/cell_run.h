@@ -66,6 +66,9 @@ class CellRun {
   /// A named step of the program has begun.
   void step_begun(std::string_view name);
 
+  /// What the expectations say now, of a run that goes on.
+  [[nodiscard]] std::vector<ExpectationResult> judge_now() const;
+
   /// Closes recording and film, and judges. @param interrupted  somebody asked for an end from outside
   /// @param run_again  digest of a second run of the same program; may be empty
   [[nodiscard]] RunReport finish(bool interrupted, const std::function<std::string()>& run_again);

@@ -87,10 +87,11 @@ int Client::load(const Json& net) const {
   return id;
 }
 
-Served::Served(bool realtime, const Server::Options& options) {
+Served::Served(bool realtime, const Server::Options& options, const std::string& file, const std::string& recordings) {
   HostedCell::Options hosting;
   hosting.run.realtime = realtime;
-  auto opened = HostedCell::open("scenarios/touch.json", library(), hosting);
+  hosting.recordings = recordings;
+  auto opened = HostedCell::open(file, library(), hosting);
   if (!opened) throw std::runtime_error(opened.error().to_string());
   cell = std::move(*opened);
   auto listening = Server::open(*cell, options);
