@@ -4,7 +4,8 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Json, Link } from "./link";
 import type { Poses } from "./frames";
 
-const VIEWS: Record<string, [number, number, number]> = { front: [2.4, 0, 1], left: [0, 2.4, 1], top: [0.01, 0, 3], corner: [1.7, -1.7, 1.4] };
+/** Directions from the middle of the cell to the camera. */
+const VIEWS: Record<string, [number, number, number]> = { front: [1, 0, 0.3], left: [0, 1, 0.3], top: [0.001, 0, 1], corner: [1, -1, 0.6] };
 
 export class View3d {
   readonly element = document.createElement("div");
@@ -28,7 +29,6 @@ export class View3d {
     this.renderer.domElement.setAttribute("role", "img");
     this.renderer.domElement.setAttribute("aria-label", "The cell in 3D: solid as measured, ghost as commanded");
     this.camera.up.set(0, 0, 1);
-    this.controls.target.set(0, 0, 0.4);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.listenToKeyEvents(this.renderer.domElement);
     const sun = new THREE.DirectionalLight(0xffffff, 2);
@@ -63,7 +63,7 @@ export class View3d {
     this.bodies.forEach((body, index) => { body.userData.index = index; });
     this.scene.add(...this.bodies, ...this.ghosts);
     this.link.monitor({ poses: true }, Math.max(1, Math.round(0.033 / this.link.period_s)), () => {});
-    this.draw();
+    this.look("corner");
   }
 
   show(poses: Poses): void {
@@ -98,7 +98,11 @@ export class View3d {
   }
 
   private look(name: string): void {
-    this.camera.position.fromArray(VIEWS[name]);
+    const box = new THREE.Box3();
+    for (const body of this.bodies.slice(1)) box.expandByObject(body); // the first is the world, with its floor
+    const ball = box.isEmpty() ? new THREE.Sphere(new THREE.Vector3(0, 0, 0.5), 1) : box.getBoundingSphere(new THREE.Sphere());
+    this.controls.target.copy(ball.center);
+    this.camera.position.fromArray(VIEWS[name]).setLength(2.4 * ball.radius).add(ball.center);
     this.controls.update();
     this.draw();
   }
