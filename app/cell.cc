@@ -83,7 +83,7 @@ class Cell::Impl {
       : quiet_(options.quiet), setup_(std::move(setup)), models_(library(options)), groups_(options.cooperating) {
     read(find_file(file));
     build();
-    run_.emplace(description_, built_, expectations_, setup_.run);
+    run_.emplace(description_, built_, expectations_, faults_, setup_.run);
     if (!run_->open()) throw OpenError(run_->report().diagnostics);
     activity::Runtime::Options wanted{
         .scheduler = {.latency_cycles = description_.program_latency_cycles, .checks_collisions = true},
@@ -112,10 +112,10 @@ class Cell::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  command::Cell& cell() { return built_.cell; }
+  expression::Cell& cell() { return built_.cell; }
   rcc::ControlCore& core() { return *built_.core; }
   activity::Runtime& runtime() { return *runtime_; }
-  command::Biases& biases() { return run_->variables().biases; }
+  expression::Biases& biases() { return run_->variables().biases; }
   const std::string& title() const { return description_.title; }
   const Diagnostics& warnings() const { return warnings_; }
 
@@ -231,6 +231,11 @@ class Cell::Impl {
       } else {
         diagnostics.append(expectations.error());
       }
+      if (auto faults = cell::make_faults(description_.faults, built_)) {
+        faults_ = std::move(*faults);
+      } else {
+        diagnostics.append(faults.error());
+      }
       diagnostics.append(check_operator(description_.operator_script, *built_.core, std::nullopt));
     } else {
       diagnostics.append(built.error());
@@ -332,6 +337,7 @@ class Cell::Impl {
   cell::Description description_;
   cell::BuiltCell built_;
   std::vector<std::unique_ptr<cell::Expectation>> expectations_;
+  std::vector<cell::ScheduledFault> faults_;
   Diagnostics warnings_;
   std::optional<cell::CellRun> run_;
   std::unique_ptr<cell::RealtimeLoop> realtime_;  ///< null: lock-step
@@ -346,46 +352,46 @@ Cell::Cell(const std::filesystem::path& file, const CellOptions& options, CellSe
     : impl_(std::make_unique<Impl>(file, options, std::move(setup))) {}
 Cell::~Cell() = default;
 
-activity::Actuator Cell::arm(const std::string& name) { return {runtime(), device_of(model().arms, name, "arm")}; }
-activity::Frame Cell::frame(const std::string& name) { return {runtime(), name}; }
-activity::Actuator Cell::gripper(const std::string& name) {
+app::Actuator Cell::arm(const std::string& name) { return {runtime(), device_of(model().arms, name, "arm")}; }
+app::Frame Cell::frame(const std::string& name) { return {runtime(), name}; }
+app::Actuator Cell::gripper(const std::string& name) {
   return {runtime(), device_of(model().grippers, name, "gripper")};
 }
 
-activity::Actuator Cell::tool_changer(const std::string& name) {
+app::Actuator Cell::tool_changer(const std::string& name) {
   return {runtime(), device_of(model().changers, name, "tool changer")};
 }
-activity::Actuator Cell::output(const std::string& name) {
+app::Actuator Cell::output(const std::string& name) {
   std::map<std::string, bool, std::less<>> outputs;  // digital and analog ones share one name space
   for (const auto& [one, device] : model().digital_outputs) outputs[one] = true;
   for (const auto& [one, device] : model().analog_outputs) outputs[one] = true;
   return {runtime(), device_of(outputs, name, "output")};
 }
 
-command::WrenchSensor Cell::wrench(const std::string& sensor) {
+expression::WrenchSensor Cell::wrench(const std::string& sensor) {
   return contact_wrench(model(), device_of(model().sensors, sensor, "force/torque sensor"), impl_->biases());
 }
-command::RealSensor Cell::force(const std::string& sensor) { return norm(command::force(wrench(sensor))); }
-command::RealSensor Cell::pressing(const Eigen::Vector3d& direction_B, const std::string& sensor) {
+expression::RealSensor Cell::force(const std::string& sensor) { return norm(expression::force(wrench(sensor))); }
+expression::RealSensor Cell::pressing(const Eigen::Vector3d& direction_B, const std::string& sensor) {
   const std::string name = device_of(model().sensors, sensor, "force/torque sensor");
   return command::pressing_force(model(), name, direction_B, impl_->biases());
 }
-command::State Cell::input(const std::string& name) {
-  return command::digital_input(model(), device_of(model().digital_inputs, name, "digital input"));
+expression::State Cell::input(const std::string& name) {
+  return expression::digital_input(model(), device_of(model().digital_inputs, name, "digital input"));
 }
-command::RealSensor Cell::analog_input(const std::string& name) {
-  return command::analog_input(model(), device_of(model().analog_inputs, name, "analog input"));
+expression::RealSensor Cell::analog_input(const std::string& name) {
+  return expression::analog_input(model(), device_of(model().analog_inputs, name, "analog input"));
 }
-command::RealSensor Cell::distance(const std::vector<std::string>& side_a, const std::vector<std::string>& side_b) {
-  command::RealSensor sensor = smallest_distance(model(), side_a, side_b);
+expression::RealSensor Cell::distance(const std::vector<std::string>& side_a, const std::vector<std::string>& side_b) {
+  expression::RealSensor sensor = smallest_distance(model(), side_a, side_b);
   if (const auto& fault = sensor.node()->fault) refuse(fault->code, fault->message, fault->hint);
   return sensor;
 }
-command::State Cell::gripper_is(const std::string& state, const std::string& gripper) {
+expression::State Cell::gripper_is(const std::string& state, const std::string& gripper) {
   const std::vector<std::string> states = {"moving", "holding", "lost", "open", "closed"};
   if (std::ranges::find(states, state) == states.end())
     refuse(Code::kUnknownName, fmt::format("a gripper is never '{}'", state), nearest_choice(state, states));
-  return command::gripper_state(model(), device_of(model().grippers, gripper, "gripper"), state);
+  return expression::gripper_state(model(), device_of(model().grippers, gripper, "gripper"), state);
 }
 
 activity::Activity Cell::as_activity(const command::Command& command) {
@@ -413,9 +419,9 @@ void Cell::wait_for_all() {
   if (Diagnostics failures = runtime().take_failures(); failures.has_errors()) throw ActivityError(std::move(failures));
 }
 
-bool Cell::wait_until(const command::State& state, double timeout) {
+bool Cell::wait_until(const expression::State& state, double timeout) {
   command::WaitCommand waiting("wait", state, timeout);
-  waiting.observe("held", command::BooleanSensor(state.node()));
+  waiting.observe("held", expression::BooleanSensor(state.node()));
   const auto run = as_activity(waiting).schedule();
   runtime().run_until([&run] { return run->over(); });
   if (run->failure() != activity::RunFailure::kAborted) require(run);
@@ -443,7 +449,7 @@ cell::RunReport Cell::finish(const Diagnostics& why, const std::function<std::st
 }
 
 activity::Runtime& Cell::runtime() { return impl_->runtime(); }
-const command::Cell& Cell::model() const { return impl_->cell(); }
+const expression::Cell& Cell::model() const { return impl_->cell(); }
 rcc::ControlCore& Cell::core() { return impl_->core(); }
 double Cell::time() { return to_seconds(core().time()); }
 const std::string& Cell::title() const { return impl_->title(); }

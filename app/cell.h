@@ -57,28 +57,28 @@ class Cell {
   Cell& operator=(const Cell&) = delete;
 
   // -- Devices by name. No name: the only one of its kind. Throw ActivityError with the nearest name. -----------------
-  [[nodiscard]] activity::Actuator arm(const std::string& name = {});
-  [[nodiscard]] activity::Actuator gripper(const std::string& name = {});
-  [[nodiscard]] activity::Actuator tool_changer(const std::string& name = {});
-  [[nodiscard]] activity::Actuator output(const std::string& name = {});
+  [[nodiscard]] app::Actuator arm(const std::string& name = {});
+  [[nodiscard]] app::Actuator gripper(const std::string& name = {});
+  [[nodiscard]] app::Actuator tool_changer(const std::string& name = {});
+  [[nodiscard]] app::Actuator output(const std::string& name = {});
   /// What the surroundings exert on the tool side of a force/torque sensor, weight and tared bias taken out, in its
   /// measuring frame. A later tare() counts for sensors that are asked for after it.
-  [[nodiscard]] command::WrenchSensor wrench(const std::string& sensor = {});
+  [[nodiscard]] expression::WrenchSensor wrench(const std::string& sensor = {});
   /// The size of its force, N.
-  [[nodiscard]] command::RealSensor force(const std::string& sensor = {});
+  [[nodiscard]] expression::RealSensor force(const std::string& sensor = {});
   /// With how much force the tool presses along a direction of its arm's base, N.
-  [[nodiscard]] command::RealSensor pressing(const Eigen::Vector3d& direction_B, const std::string& sensor = {});
-  [[nodiscard]] command::State input(const std::string& name = {});
-  [[nodiscard]] command::RealSensor analog_input(const std::string& name = {});  ///< in its own unit
+  [[nodiscard]] expression::RealSensor pressing(const Eigen::Vector3d& direction_B, const std::string& sensor = {});
+  [[nodiscard]] expression::State input(const std::string& name = {});
+  [[nodiscard]] expression::RealSensor analog_input(const std::string& name = {});  ///< in its own unit
   /// The smallest distance of two sides, m: lists of devices, objects and bodies ("arm/link_3"); an arm is meant with
   /// all that it carries. Objects count where the program believes them to be when it is used.
-  [[nodiscard]] command::RealSensor distance(const std::vector<std::string>& side_a,
-                                             const std::vector<std::string>& side_b);
+  [[nodiscard]] expression::RealSensor distance(const std::vector<std::string>& side_a,
+                                                const std::vector<std::string>& side_b);
   /// "moving", "holding", "lost", "open" or "closed".
-  [[nodiscard]] command::State gripper_is(const std::string& state, const std::string& gripper = {});
+  [[nodiscard]] expression::State gripper_is(const std::string& state, const std::string& gripper = {});
 
   /// A frame of the cell, object or device, where the program believes it to be: cell.frame("tray").offset(0, 0, 0.1).
-  [[nodiscard]] activity::Frame frame(const std::string& name);
+  [[nodiscard]] app::Frame frame(const std::string& name);
 
   // -- Doing ---------------------------------------------------------------------------------------------------------
   /// A command of one's own as an activity (docs/command-layer.md). Each time it is carried out it is planned anew.
@@ -91,7 +91,7 @@ class Cell {
   /// nobody has asked about.
   void wait_for_all();
   /// Until it holds. @return false: it did not within `timeout`, s
-  bool wait_until(const command::State& state, double timeout = 60.0);
+  bool wait_until(const expression::State& state, double timeout = 60.0);
   /// Work of the program's own that takes longer than a cycle: in real time the cycle goes on meanwhile. Nothing of the
   /// cell may be asked inside.
   void beside(const std::function<void()>& work);
@@ -114,7 +114,7 @@ class Cell {
 
   // -- Below ---------------------------------------------------------------------------------------------------------
   [[nodiscard]] activity::Runtime& runtime();
-  [[nodiscard]] const command::Cell& model()
+  [[nodiscard]] const expression::Cell& model()
       const;  ///< devices and frames, for commands, sensors of frames and channels
   [[nodiscard]] rcc::ControlCore& core();
   [[nodiscard]] double time();  ///< s, simulated

@@ -27,65 +27,45 @@
 
 namespace takt::app {
 
-/// The layer below: actions on actuators, transactions, event handlers (docs/command-layer.md).
+/// The layers below: actions on actuators, transactions, event handlers (docs/command-layer.md); sensors, states and
+/// conditions as formulas.
 namespace command = takt::command;
+namespace expression = takt::expression;
 
 // Activities: what is done, and how it went.
 using activity::Activity;
 using activity::ActivityError;
 using activity::guarded_outcome;
 using activity::GuardedOutcome;
-using activity::press_outcome;
-using activity::PressOutcome;
 using activity::ProgramCancelled;
 using activity::Reaction;
 using activity::RunFailure;
 using activity::RunPtr;
 using activity::RunState;
 using activity::RunView;
-using activity::ScopedFrame;
+using operations::press_outcome;
+using operations::PressOutcome;
 
 // Who does it, and what it offers.
-using activity::Actuator;
-using activity::ActuatorInterface;
-using activity::ComposedDevice;
-using activity::ControlModeInterface;
-using activity::DeviceInterface;
-using activity::DevicePart;
-using activity::FollowInterface;
-using activity::ForceInterface;
-using activity::Frame;
-using activity::FreedriveInterface;
-using activity::GrippingInterface;
-using activity::HoldInterface;
-using activity::internal_force;
-using activity::JogInterface;
-using activity::JointInterface;
-using activity::LinInterface;
-using activity::MotionInterface;
-using activity::OutputInterface;
-using activity::PtpInterface;
-using activity::RegisterInterface;
-using activity::ToolChangerInterface;
-using activity::TwoArms;
+using expression::internal_force;
 
 // How: parameters.
 using activity::BlendingCondition;
-using activity::CoupleParameters;
-using activity::FollowParameters;
-using activity::FreedriveParameters;
-using activity::GripParameters;
-using activity::HoldParameters;
-using activity::JogParameters;
-using activity::MotionParameters;
-using activity::PressParameters;
-using activity::ReleaseParameters;
-using activity::SearchParameters;
-using activity::SetParameters;
-using activity::UncoupleParameters;
 using command::CartesianCompliance;
 using command::JointCompliance;
 using command::Stiff;
+using operations::CoupleParameters;
+using operations::FollowParameters;
+using operations::FreedriveParameters;
+using operations::GripParameters;
+using operations::HoldParameters;
+using operations::JogParameters;
+using operations::MotionParameters;
+using operations::PressParameters;
+using operations::ReleaseParameters;
+using operations::SearchParameters;
+using operations::SetParameters;
+using operations::UncoupleParameters;
 
 // Several as one; several beside each other.
 using activity::abort_if;
@@ -100,13 +80,13 @@ using activity::wait;
 using activity::with_subtasks;
 
 // Sensors and states. Operators and functions over them are found without a name space: norm(force), is_greater(a, b).
-using command::FrameSensor;
-using command::JointsSensor;
-using command::RealSensor;
-using command::State;
-using command::TwistSensor;
-using command::VectorSensor;
-using command::WrenchSensor;
+using expression::FrameSensor;
+using expression::JointsSensor;
+using expression::RealSensor;
+using expression::State;
+using expression::TwistSensor;
+using expression::VectorSensor;
+using expression::WrenchSensor;
 
 // Commands of one's own.
 using command::RuntimeCommand;

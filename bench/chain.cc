@@ -19,7 +19,7 @@ namespace {
 struct Bench {
   Bench() : model(*device::read_arm("models/lwr4plus")), backend(std::make_shared<test::FakeArm>(model->home)) {
     backend->keep = false;
-    MountedArm mounted;
+    expression::MountedArm mounted;
     mounted.device = &core.add(std::make_unique<device::Arm>("arm", model, backend, core.period()));
     cell.arms["arm"] = mounted;
     (void)cell.frames.add("arm", "world", Eigen::Isometry3d::Identity());
@@ -31,7 +31,7 @@ struct Bench {
   std::shared_ptr<const device::ArmDescription> model;
   std::shared_ptr<test::FakeArm> backend;
   rcc::ControlCore core{{}};
-  Cell cell;
+  expression::Cell cell;
 };
 
 RuntimeCommand set(const Bench& bench, std::int64_t i) {

@@ -40,7 +40,7 @@ double now_us() {
 struct Bench {
   Bench() : model(*device::read_arm("models/lwr4plus")), backend(std::make_shared<test::FakeArm>(model->home)) {
     backend->keep = false;
-    MountedArm mounted;
+    expression::MountedArm mounted;
     mounted.device = &core.add(std::make_unique<device::Arm>("arm", model, backend, core.period()));
     mounted.X_FT.translation().z() = 0.15;
     cell.arms["arm"] = mounted;
@@ -62,7 +62,7 @@ struct Bench {
   std::shared_ptr<const device::ArmDescription> model;
   std::shared_ptr<test::FakeArm> backend;
   rcc::ControlCore core{{}};
-  Cell cell;
+  expression::Cell cell;
 };
 
 RuntimeCommand ptp_case(const Bench& bench) { return {"ptp", arm(bench.cell, "arm"), ptp(bench.joints())}; }
@@ -70,7 +70,10 @@ RuntimeCommand lin_case(const Bench& bench) { return {"lin", arm(bench.cell, "ar
 RuntimeCommand guarded_case(const Bench& bench) {
   RuntimeCommand guarded = ptp_case(bench);
   const Eigen::Vector3d obstacle(0.2, 0.8, 0.3);  // in the arm's base, m
-  guarded.on_entered(is_less(distance(position(tool_pose(bench.cell, "arm")), obstacle), 0.2), cancel(guarded));
+  guarded.on_entered(
+      expression::is_less(
+          expression::distance(expression::position(expression::tool_pose(bench.cell, "arm")), obstacle), 0.2),
+      cancel(guarded));
   return guarded;
 }
 

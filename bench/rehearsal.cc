@@ -49,11 +49,11 @@ void rehearsal(benchmark::State& state) {
   Diagnostics warnings;
   auto built = build_cell(*description, device::ModelLibrary({"models"}), false, warnings);
   if (!built) return state.SkipWithError(built.error().to_string().c_str());
-  const auto program = activity::Program::parse(description->program, "/program", built->cell, nullptr);
+  const auto program = program::Program::parse(description->program, "/program", built->cell, nullptr);
   std::size_t collisions = 0;
   double duration = 0.0;
   for (auto _ : state) {
-    const activity::Rehearsed rehearsed = program->rehearse(built->cell);
+    const program::Rehearsed rehearsed = program->rehearse(built->cell);
     collisions += rehearsed.collisions.size();
     duration = rehearsed.duration;
   }

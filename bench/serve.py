@@ -20,6 +20,7 @@ import time
 import websockets.sync.client
 
 SCENARIO = "scenarios/touch.json"
+BRIEF = {"name": "brief", "primitives": [{"id": "end", "type": "Termination", "parameters": {"condition": True}}]}
 
 
 class Client:
@@ -42,9 +43,17 @@ def line(name, values):
     print(f"| {name} | {p50:.2f} | {p99:.2f} | {worst:.2f} |")
 
 
+def load(client, net):
+    """The number of a net that is ready to be started."""
+    number = client.ask("POST", "/v1/nets", {"net": net})["net"]
+    while (state := client.ask("GET", f"/v1/nets/{number}")["state"]) == "Loading":
+        pass
+    assert state == "Ready", state
+    return number
+
+
 def measure(client, guarded, count):
     client.headers["Takt-Fence"] = str(client.ask("POST", "/v1/lease", {"cycles": 5000})["fence"])
-    brief = {"name": "brief", "primitives": [{"id": "end", "type": "Termination", "parameters": {"condition": True}}]}
     looks, loads, starts = [], [], []
     following = client.ask("GET", "/v1/events")["next"]
     for _ in range(count):
@@ -52,15 +61,10 @@ def measure(client, guarded, count):
         client.ask("GET", "/v1/state")
         looks.append(time.perf_counter() - begin)
         begin = time.perf_counter()
-        net = client.ask("POST", "/v1/nets", {"net": guarded})["net"]
-        while (state := client.ask("GET", f"/v1/nets/{net}")["state"]) == "Loading":
-            pass
+        net = load(client, guarded)
         loads.append(time.perf_counter() - begin)
-        assert state == "Ready", state
         client.ask("DELETE", f"/v1/nets/{net}")
-        net = client.ask("POST", "/v1/nets", {"net": brief})["net"]
-        while client.ask("GET", f"/v1/nets/{net}")["state"] == "Loading":
-            pass
+        net = load(client, BRIEF)
         begin = time.perf_counter()
         request = client.ask("POST", f"/v1/nets/{net}/start", {})["request"]
         done = False
@@ -103,13 +107,10 @@ def stream_of(port):
 def measure_events(client, stream, count):
     """START by HTTP until its event has come by the stream."""
     hello = json.loads(stream.recv())
-    brief = {"name": "brief", "primitives": [{"id": "end", "type": "Termination", "parameters": {"condition": True}}]}
     stream.send(json.dumps({"op": "events", "from": hello["next"]}))
     starts = []
     for _ in range(count):
-        net = client.ask("POST", "/v1/nets", {"net": brief})["net"]
-        while client.ask("GET", f"/v1/nets/{net}")["state"] == "Loading":
-            pass
+        net = load(client, BRIEF)
         begin = time.perf_counter()
         request = client.ask("POST", f"/v1/nets/{net}/start", {})["request"]
         done = False

@@ -46,7 +46,7 @@ struct Cell {
 
   std::shared_ptr<const device::ArmDescription> arm;
   rcc::ControlCore core{{.digest = false}};
-  command::Cell cell;
+  expression::Cell cell;
   activity::Runtime runtime{core, cell, [this] { core.step(); }, {.scheduler = {.latency_cycles = 0}}};
 };
 
@@ -109,8 +109,8 @@ int main(int argc, char** argv) {
   Random random(2013);
   {
     Cell cell;
-    const activity::Actuator robot(cell.runtime, "left");
-    const auto motion = robot.use<activity::MotionInterface>();
+    const app::Actuator robot(cell.runtime, "left");
+    const auto motion = robot.use<app::MotionInterface>();
     Figures ptp, lin, guarded;
     const auto home = motion.ptp(cell.arm->home);
     for (int i = 0; i <= runs; ++i) {
@@ -120,8 +120,8 @@ int main(int argc, char** argv) {
               lin);
       home.execute();
       // It is cancelled when the flange comes too near to an obstacle.
-      const auto distance_to_obstacle =
-          command::distance(command::position(command::tool_pose(cell.cell, "left")), net::Vector(0.9, 0.2, 0.6));
+      const auto distance_to_obstacle = expression::distance(
+          expression::position(expression::tool_pose(cell.cell, "left")), net::Vector(0.9, 0.2, 0.6));
       measure(cell,
               motion.ptp(near_home(cell, random), {.until = is_less(distance_to_obstacle, 0.2), .must_touch = false}),
               guarded);
@@ -132,9 +132,9 @@ int main(int argc, char** argv) {
     print("PTP with a guard", guarded);
   }
   Cell cell;
-  const activity::Actuator left(cell.runtime, "left"), right(cell.runtime, "right");
+  const app::Actuator left(cell.runtime, "left"), right(cell.runtime, "right");
   const Eigen::Isometry3d X_WC = left.frame("world").inverse() * left.flange();
-  const activity::TwoArms pair(left, right, X_WC);
+  const app::TwoArms pair(left, right, X_WC);
   Figures together;
   for (int i = 0; i <= runs; ++i) {
     const Eigen::Vector3d way(random.uniform(-0.04, 0.04), random.uniform(-0.08, 0.08), random.uniform(-0.08, 0.08));

@@ -5,7 +5,8 @@ Rules: layers include only downwards; headers have '#pragma once'; no left-over 
 no heavy header in a header of ours; every folder of code has a README; links in Markdown files lead to a file and, with
 an anchor, to a heading; files of the repository that a page names exist; every row of docs/semantics.md is named by a test
 or says which issue brings it; no file over 600 lines; no capturing lambda inside of a co_await expression; no name twice in
-the unnamed namespaces of a folder (unnamed.py); no new circle of modules (circles.py); hints say what to do (hints.py); tests
+the unnamed namespaces of a folder (unnamed.py); namespaces are folders;
+no new circle of modules (circles.py); hints say what to do (hints.py); tests
 ask for codes and pointers of diagnostics, not for their words; every code of a diagnostic is asked for by a test.
 """
 import pathlib
@@ -27,7 +28,7 @@ CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion"
 ROOMS = {
     "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "basic"],
     "sim": ["model", "contact", "machines", "world", "film"],
-    "cell": ["file", "build", "judge", "run", "replay"],
+    "cell": ["file", "build", "faults", "judge", "run", "replay"],
 }
 # What still looks upwards. This list only gets shorter.
 UPWARD = {
@@ -149,8 +150,32 @@ def looks_up(layer, name, included):
     return rooms.index(target) > rooms.index(room)
 
 
+def home_of(name):
+    """The namespace that a file's folder has; folders of one protocol share one, and so do the rooms of a layer."""
+    layer = layer_of(name)
+    if layer is None or layer == "core/base":
+        return "takt"
+    words = layer.removeprefix("core/").split("/")
+    return f"takt::{words[0]}"
+
+
+def check_namespace(name, lines, say):
+    """Namespaces are folders: what a file declares is in that of its folder. Beside it others are named in advance."""
+    opened = {}
+    for number, line in enumerate(lines, 1):
+        match = re.match(r"namespace (takt[\w:]*) \{", line)
+        if match:
+            opened.setdefault(match.group(1), number)
+    home = home_of(name)
+    if opened and not any(one == home or one.startswith(home + "::") for one in opened):
+        one, number = next(iter(opened.items()))
+        say(name, number, f"namespace {one} in a folder of {home}")
+
+
 def check_code(name, lines, say):
     layer = layer_of(name)
+    if layer is not None:
+        check_namespace(name, lines, say)
     header = name.endswith(".h")
     # The precompiled headers are main files to the compiler, which warns about the pragma there.
     if header and not name.startswith("cmake/") and not any(line.startswith("#pragma once") for line in lines):

@@ -27,7 +27,6 @@ SECTIONS = [
     ("camera", "Camera", "A camera of the film."),
     ("film", "Film", "What the film shows."),
     ("channel", "Channel", "A value that nets exchange with each other and with the outside."),
-    ("fault", "Fault", "A fault, or an action of a person at the cabinet, at a given time of the run."),
     ("operator_action", "Operator action", "What an operator does at the panel, at a given time or step."),
     ("tolerance", "Golden tolerance", "How closely columns of a recording have to follow the golden ([recording.md](recording.md#comparing))."),
     ("sub_program", "Called program", "A program that the step `call` runs."),
@@ -41,6 +40,7 @@ SECTIONS = [
 NODES = ["sequence", "parallel", "branch", "repeat", "for_each", "call", "try", "let", "log", "fail", "stop", "motions"]
 NODE_DEFINITIONS = {"log": "says", "fail": "says"}
 ELSEWHERE = {"step": "[step](#steps)", "command": "[command](#commands)", "expectation": "[expectation](#expectations)",
+             "fault": "[fault](#faults)",
              "compliance": "[compliance](operations-reference.md#compliance)", "value": "value"}
 IN_EVERY_COMMAND = [{"$ref": "#/definitions/starts"}, {"$ref": "#/definitions/handlers"}]
 
@@ -242,14 +242,22 @@ class Page:
                 "| key | type | default | meaning |", "|---|---|---|---|", self.row("start", node["start"], []),
                 f"| `on` | array of [event handlers](#event-handlers) |  | Event handlers of this command. |", ""]
 
-    def expectations(self):
-        lines = ["## Expectations", "Statements about the run. Only expectations may use the true state of the simulation. Each has a `kind` and "
-                 "may have a `name`: " + lower_first(self.description(self.definitions["expectation"]["properties"]["name"])), ""]
-        for one in self.definitions["expectation"]["allOf"]:
-            kind, body = one["if"]["properties"]["kind"]["const"], one["then"]
-            table = self.table({**body, "properties": {k: v for k, v in body["properties"].items() if k not in ("kind", "name")}})
-            lines += [f"### {kind}", body["description"], "", *table, ""]
+    def kinds(self, name, key):
+        """A table for each kind of an object whose key says of which kind it is."""
+        lines = []
+        for one in self.definitions[name]["allOf"]:
+            kind, body = one["if"]["properties"][key]["const"], one["then"]
+            lines += [f"### {kind}", body["description"], "", *self.table(body), ""]
         return lines
+
+    def expectations(self):
+        return ["## Expectations", "Statements about the run. Only expectations may use the true state of the simulation. Each has a `kind` and "
+                "may have a `name`: " + lower_first(self.description(self.definitions["expectation"]["properties"]["name"])), "",
+                *self.kinds("expectation", "kind")]
+
+    def faults(self):
+        return ["## Faults", "What happens to the machines, or what a person does at the cabinet, at a given time. Each has `at_s`, simulated time "
+                "in s, and `do`, its kind; default: `stop`.", "", *self.kinds("fault", "do")]
 
     def render(self):
         lines = ["# Reference of scenario files", "",
@@ -265,6 +273,7 @@ class Page:
                 lines += self.steps()
             if name == "operator_action":
                 lines += self.commands()
+        lines += self.faults()
         lines += self.expectations()
         return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).rstrip() + "\n"
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Brings the operations in scenario.schema.json up to date with the tables of parameters that the program has.
+"""Brings scenario.schema.json up to date with the tables that the program has (docs/tables.md).
 
   python3 schemas/make_schema.py [TAKT]            writes the file again
   python3 schemas/make_schema.py --check [TAKT]    exit status 1 if that would change it
 
-TAKT is the program, build/release/tools/takt by default. `takt operations --schema` prints one definition per operation; they
-stand at the end of the file, after a line that says so. All that is above that line is written by hand: what has no table, and
+TAKT is the program, build/release/tools/takt by default. `takt schema` prints a definition per operation, and that of
+expectations; they stand at the end of the file, after a line that says so. All that is above that line is written by hand: what has no table, and
 rules about several keys of an operation NAME in a definition NAME_rules, which this script puts into allOf of the printed one.
 """
 import json
@@ -15,7 +15,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCHEMA = ROOT / "schemas/scenario.schema.json"
-PRINTED = '    "printed": {"$comment": "Definitions from here on: takt operations --schema; see schemas/make_schema.py."},\n'
+PRINTED = '    "printed": {"$comment": "Definitions from here on: takt schema; see schemas/make_schema.py."},\n'
 WIDTH = 120
 
 
@@ -42,7 +42,7 @@ def with_rules(name, definition, by_hand):
 
 def schema(takt):
     """The whole text of scenario.schema.json."""
-    printed = json.loads(subprocess.run([takt, "operations", "--schema"], capture_output=True, text=True, check=True).stdout)
+    printed = json.loads(subprocess.run([takt, "schema"], capture_output=True, text=True, check=True).stdout)
     by_hand, _, old = SCHEMA.read_text().partition(PRINTED)
     if not old:
         sys.exit(f"{SCHEMA} lacks the line\n{PRINTED}")

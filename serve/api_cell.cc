@@ -144,7 +144,7 @@ HttpResponse Api::state() const {
 }
 
 HttpResponse Api::devices() const {
-  const command::Cell& cell = cell_.built().cell;
+  const expression::Cell& cell = cell_.built().cell;
   CellJson list = CellJson::array();
   add_names(cell.arms, "arm", list);
   add_names(cell.sensors, "force/torque sensor", list);

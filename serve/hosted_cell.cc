@@ -29,19 +29,25 @@ Result<std::unique_ptr<HostedCell>> HostedCell::open(const std::filesystem::path
     built.error().set_file(file.string());
     return std::unexpected(std::move(built.error()));
   }
+  auto faults = cell::make_faults(description->faults, *built);
+  if (!faults) {
+    faults.error().set_file(file.string());
+    return std::unexpected(std::move(faults.error()));
+  }
   warnings.set_file(file.string());
   return std::unique_ptr<HostedCell>(
-      new HostedCell(std::move(*description), std::move(*built), std::move(warnings), options));
+      new HostedCell(std::move(*description), std::move(*built), std::move(*faults), std::move(warnings), options));
 }
 
-HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, Diagnostics warnings,
-                       const Options& options)
+HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, std::vector<cell::ScheduledFault> faults,
+                       Diagnostics warnings, const Options& options)
     : options_(options),
       description_(std::move(description)),
       built_(std::move(built)),
+      faults_(std::move(faults)),
       warnings_(std::move(warnings)),
       lease_(*built_.core) {
-  run_.emplace(description_, built_, no_expectations_, options_.run);
+  run_.emplace(description_, built_, no_expectations_, faults_, options_.run);
   add_jog_channels();
   for (const auto& [name, arm] : built_.cell.arms) fresh_.arms.push_back({.name = name});
   for (const auto& [name, channel] : built_.cell.channels) fresh_.channels.push_back({.name = name});

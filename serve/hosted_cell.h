@@ -115,7 +115,8 @@ class HostedCell {
   [[nodiscard]] bool steps(std::int64_t cycles, std::function<void(const CellView& view)> done);
 
  private:
-  HostedCell(cell::Description description, cell::BuiltCell built, Diagnostics warnings, const Options& options);
+  HostedCell(cell::Description description, cell::BuiltCell built, std::vector<cell::ScheduledFault> faults,
+             Diagnostics warnings, const Options& options);
 
   [[nodiscard]] bool interrupted() const;
   [[nodiscard]] bool end_asked() const { return stop_asked_ || interrupted(); }
@@ -139,6 +140,7 @@ class HostedCell {
   Options options_;
   cell::Description description_;
   cell::BuiltCell built_;
+  std::vector<cell::ScheduledFault> faults_;
   Diagnostics warnings_;
   rcc::Lease lease_;
   std::vector<std::unique_ptr<cell::Expectation>> no_expectations_;

@@ -8,22 +8,22 @@ namespace takt::serve {
 namespace {
 
 /// What the channel says, or its age.
-command::ExpressionPtr read_jog(net::ValueType type, const char* primitive, device::Channel* channel,
-                                const char* output) {
-  return command::read_resource(type, primitive, "channel", channel->name(), channel, output, "wanted");
+expression::ExpressionPtr read_jog(net::ValueType type, const char* primitive, device::Channel* channel,
+                                   const char* output) {
+  return expression::read_resource(type, primitive, "channel", channel->name(), channel, output, "wanted");
 }
 
 command::Action jog_action(const HostedCell& cell, const JogRequest& request, device::Channel* channel,
-                           const command::State& alive) {
+                           const expression::State& alive) {
   const command::TrackingParameters bounds{.linear_max = request.linear_max, .angular_max = request.angular_max};
   if (request.joints)
-    return command::jog(command::JointsSensor(read_jog(net::ValueType::kJoints, "InputJoints", channel, "value")),
+    return command::jog(expression::JointsSensor(read_jog(net::ValueType::kJoints, "InputJoints", channel, "value")),
                         alive, bounds);
-  const command::Cell& known = cell.built().cell;
-  const command::TwistSensor wanted(read_jog(net::ValueType::kTwist, "InputTwist", channel, "value"));
-  const command::FrameTerm axes = request.in == "tcp" ? command::commanded_tool_pose(known, request.arm)
-                                                      : command::pose_between(known, request.in, request.arm);
-  return command::jog(command::rotate(axes, wanted), alive, bounds);
+  const expression::Cell& known = cell.built().cell;
+  const expression::TwistSensor wanted(read_jog(net::ValueType::kTwist, "InputTwist", channel, "value"));
+  const expression::FrameTerm axes = request.in == "tcp" ? expression::commanded_tool_pose(known, request.arm)
+                                                         : expression::pose_between(known, request.in, request.arm);
+  return command::jog(expression::rotate(axes, wanted), alive, bounds);
 }
 
 }  // namespace
@@ -33,10 +33,10 @@ Result<command::MappedCommand> jog_net(const HostedCell& cell, const JogRequest&
   device::Channel* channel = request.joints ? channels.joints : channels.tool;
   const Nanoseconds period = cell.period();
   const char* primitive = request.joints ? "InputJoints" : "InputTwist";
-  const command::RealSensor age(read_jog(net::ValueType::kReal, primitive, channel, "age"));
+  const expression::RealSensor age(read_jog(net::ValueType::kReal, primitive, channel, "age"));
   // Half a cycle more, so that it does not depend on the last bit of a time.
   const double allowed = (static_cast<double>(request.timeout_cycles) - 0.5) * to_seconds(period);
-  const command::State silent = command::is_greater(age, command::RealTerm(allowed));
+  const expression::State silent = expression::is_greater(age, expression::RealTerm(allowed));
   command::RuntimeCommand moved("jog", command::arm(cell.built().cell, request.arm),
                                 jog_action(cell, request, channel, !silent));
   moved.on_entered(silent, command::cancel(moved));

@@ -37,7 +37,7 @@ void write_zero(device::Channel& channel, int joints) {
   }
 }
 
-JogRequest read_jog_request(ObjectReader& message, const command::Cell& cell) {
+JogRequest read_jog_request(ObjectReader& message, const expression::Cell& cell) {
   JogRequest request;
   request.arm = message.text("arm");
   request.joints = message.choice("space", {"tool", "joints"}) == "joints";

@@ -14,8 +14,8 @@ namespace takt::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using activity::Operation;
-using activity::ParameterInfo;
+using operations::Operation;
+using operations::ParameterInfo;
 
 /// "required", "default 0.05", or "optional".
 std::string default_text(const ParameterInfo& one) {
@@ -107,56 +107,15 @@ Json describe(const std::vector<ParameterInfo>& parameters) {
   return list;
 }
 
-// -- The schema ------------------------------------------------------------------------------------------------------
-
-Json reference(std::string_view definition) { return {{"$ref", fmt::format("#/definitions/{}", definition)}}; }
-
-/// One operation without what concerns several keys at once.
-Json schema_of_operation(const Operation& operation) {
-  Json properties{{"do", true}, {"name", true}}, required = Json::array();
-  if (operation.read_command != nullptr) {
-    properties["start"] = reference("starts");
-    properties["on"] = reference("handlers");
-  }
-  for (const ParameterInfo& one : operation.parameters()) {
-    if (one.refused) continue;
-    properties[one.key] = schema_of(one);
-    if (one.required) required.push_back(one.key);
-  }
-  Json schema{{"description", operation.doc}};
-  if (!required.empty()) schema["required"] = required;
-  schema["additionalProperties"] = false;
-  schema["patternProperties"] = {{R"(^(\$.*|comment)$)", true}};
-  schema["properties"] = properties;
-  return schema;
-}
-
-/// The definitions that schemas/make_schema.py puts into schemas/scenario.schema.json: one per operation, which of them
-/// are steps and which are commands, and which definition holds for which value of "do".
-Json schema_definitions(const std::vector<const Operation*>& operations) {
-  Json definitions = Json::object(), steps = Json::array(), commands = Json::array(), chosen = Json::array();
-  for (const Operation* operation : operations) {
-    definitions[std::string(operation->name)] = schema_of_operation(*operation);
-    if (operation->read_step != nullptr) steps.push_back(operation->name);
-    if (operation->read_command != nullptr) commands.push_back(operation->name);
-    chosen.push_back(
-        {{"if", {{"properties", {{"do", {{"const", operation->name}}}}}}}, {"then", reference(operation->name)}});
-  }
-  definitions["step_operations"] = {{"enum", steps}};
-  definitions["command_operations"] = {{"enum", commands}};
-  definitions["operation_parameters"] = {{"allOf", chosen}};
-  return {{"definitions", definitions}};
-}
-
 struct Arguments {
   std::string name;
-  bool markdown = false, schema = false;
+  bool markdown = false;
 };
 
 int operations(const Arguments& arguments, const Common& common) {
   std::vector<const Operation*> chosen;
   std::vector<std::string> names;
-  for (const Operation& operation : activity::Operations::global().all()) {
+  for (const Operation& operation : operations::Operations::global().all()) {
     names.emplace_back(operation.name);
     if (arguments.name.empty() || arguments.name == operation.name) chosen.push_back(&operation);
   }
@@ -172,8 +131,6 @@ int operations(const Arguments& arguments, const Common& common) {
       list.push_back(
           {{"name", operation->name}, {"doc", operation->doc}, {"parameters", describe(operation->parameters())}});
     print({{"operations", list}});
-  } else if (arguments.schema) {
-    fmt::print("{}\n", schema_definitions(chosen).dump(2));
   } else if (arguments.markdown) {
     print_page(chosen);
   } else if (arguments.name.empty()) {
@@ -191,7 +148,6 @@ std::pair<CLI::App*, Verb> add_operations(CLI::App& app, Common& common) {
   CLI::App* verb = app.add_subcommand("operations", "Print the operations of programs with their parameters");
   verb->add_option("NAME", arguments->name, "One operation with its parameters");
   verb->add_flag("--markdown", arguments->markdown, "As a page: docs/operations-reference.md");
-  verb->add_flag("--schema", arguments->schema, "As definitions of a JSON Schema: schemas/make_schema.py");
   return {verb, [arguments, &common] { return operations(*arguments, common); }};
 }
 

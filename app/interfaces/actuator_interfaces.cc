@@ -17,10 +17,10 @@
 #include "core/operations/grasp/held_part.h"
 #include "core/operations/motion/motion_activity.h"
 
-namespace takt::activity {
+namespace takt::app {
 namespace {
 
-using command::Cell;
+using expression::Cell;
 using kinematics::JointVector;
 
 bool has_inverse(const Cell& cell, const std::string& name) {
@@ -28,23 +28,27 @@ bool has_inverse(const Cell& cell, const std::string& name) {
   return arm != cell.arms.end() && arm->second.device->description().inverse != nullptr;
 }
 
-MotionTask task_of(PathKind kind, const std::string& arm, const MotionParameters& parameters) {
-  MotionTask task{parameters};
+operations::MotionTask task_of(operations::PathKind kind, const std::string& arm,
+                               const operations::MotionParameters& parameters) {
+  operations::MotionTask task{parameters};
   task.kind = kind;
   task.arm = arm;
   return task;
 }
 
-Activity goal_motion(Runtime& runtime, PathKind kind, const std::string& arm, Goal goal,
-                     const MotionParameters& parameters, const AvoidanceParameters& avoidance = {}) {
-  MotionTask task = task_of(kind, arm, parameters);
+activity::Activity goal_motion(activity::Runtime& runtime, operations::PathKind kind, const std::string& arm,
+                               operations::Goal goal, const operations::MotionParameters& parameters,
+                               const operations::AvoidanceParameters& avoidance = {}) {
+  operations::MotionTask task = task_of(kind, arm, parameters);
   task.goal = std::move(goal);
   task.avoidance = avoidance;
   return planned_motion(runtime, std::move(task));
 }
 
 /// A pose of the frame that moves, in the base.
-Goal in_base(const std::string& arm, const Eigen::Isometry3d& X_BM) { return Goal{Goal::Pose{.in = arm, .X = X_BM}}; }
+operations::Goal in_base(const std::string& arm, const Eigen::Isometry3d& X_BM) {
+  return operations::Goal{operations::Goal::Pose{.in = arm, .X = X_BM}};
+}
 
 template <class... Interfaces>
 std::vector<InterfaceOffer> offers_of() {
@@ -66,7 +70,7 @@ bool is_output(const Cell& cell, const std::string& name) {
 [[noreturn]] void throw_diagnostic(Code code, const std::string& actuator, std::string message, std::string hint) {
   Diagnostics why;
   why.error(code, pointer_segment(actuator), std::move(message), std::move(hint));
-  throw ActivityError(std::move(why));
+  throw activity::ActivityError(std::move(why));
 }
 
 }  // namespace
@@ -97,86 +101,97 @@ bool ToolChangerInterface::offered_by(const Cell& cell, const std::string& actua
 }
 bool OutputInterface::offered_by(const Cell& cell, const std::string& actuator) { return is_output(cell, actuator); }
 
-Activity planned_motion(Runtime& runtime, MotionTask task) {
+activity::Activity planned_motion(activity::Runtime& runtime, operations::MotionTask task) {
   static constexpr std::array<std::string_view, 5> kNames = {"PTP", "LIN", "CIRC", "spline", "move"};
   const std::string arms = task.follower.empty() ? task.arm : task.arm + "+" + task.follower;
   task.name = fmt::format("{} {}", arms, kNames.at(static_cast<std::size_t>(task.kind)));
   const std::string name = task.name, arm = task.arm;
-  auto accepted = motion_parameters(task.kind).accept(std::move(task), runtime.cell());
-  if (!accepted) return {runtime, refused_activity(name, arm, std::move(accepted.error()))};
-  return {runtime, std::make_shared<const MotionActivity>(name, std::vector{std::move(*accepted)}, runtime.biases())};
+  auto accepted = operations::motion_parameters(task.kind).accept(std::move(task), runtime.cell());
+  if (!accepted) return {runtime, operations::refused_activity(name, arm, std::move(accepted.error()))};
+  return {runtime, std::make_shared<const operations::MotionActivity>(name, std::vector{std::move(*accepted)},
+                                                                      runtime.biases())};
 }
 
-Activity PtpInterface::ptp(const JointVector& q_goal, const MotionParameters& parameters) const {
-  return goal_motion(runtime(), PathKind::kPtp, actuator(), Goal{Goal::Joints{q_goal}}, parameters);
+activity::Activity PtpInterface::ptp(const JointVector& q_goal, const operations::MotionParameters& parameters) const {
+  return goal_motion(runtime(), operations::PathKind::kPtp, actuator(),
+                     operations::Goal{operations::Goal::Joints{q_goal}}, parameters);
 }
 
-Activity PtpInterface::ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
-  return goal_motion(runtime(), PathKind::kPtp, actuator(), in_base(actuator(), X_BT), parameters);
+activity::Activity PtpInterface::ptp(const Eigen::Isometry3d& X_BT,
+                                     const operations::MotionParameters& parameters) const {
+  return goal_motion(runtime(), operations::PathKind::kPtp, actuator(), in_base(actuator(), X_BT), parameters);
 }
 
-Activity PtpInterface::spline(const std::vector<JointVector>& points, const MotionParameters& parameters) const {
-  MotionTask task = task_of(PathKind::kSpline, actuator(), parameters);
-  for (const JointVector& q : points) task.through.push_back(Goal{Goal::Joints{q}});
+activity::Activity PtpInterface::spline(const std::vector<JointVector>& points,
+                                        const operations::MotionParameters& parameters) const {
+  operations::MotionTask task = task_of(operations::PathKind::kSpline, actuator(), parameters);
+  for (const JointVector& q : points) task.through.push_back(operations::Goal{operations::Goal::Joints{q}});
   return planned_motion(runtime(), std::move(task));
 }
 
-Activity PtpInterface::move(const JointVector& q_goal, const MotionParameters& parameters,
-                            const AvoidanceParameters& avoidance) const {
-  return goal_motion(runtime(), PathKind::kMove, actuator(), Goal{Goal::Joints{q_goal}}, parameters, avoidance);
+activity::Activity PtpInterface::move(const JointVector& q_goal, const operations::MotionParameters& parameters,
+                                      const operations::AvoidanceParameters& avoidance) const {
+  return goal_motion(runtime(), operations::PathKind::kMove, actuator(),
+                     operations::Goal{operations::Goal::Joints{q_goal}}, parameters, avoidance);
 }
 
-Activity PtpInterface::move(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters,
-                            const AvoidanceParameters& avoidance) const {
-  return goal_motion(runtime(), PathKind::kMove, actuator(), in_base(actuator(), X_BT), parameters, avoidance);
+activity::Activity PtpInterface::move(const Eigen::Isometry3d& X_BT, const operations::MotionParameters& parameters,
+                                      const operations::AvoidanceParameters& avoidance) const {
+  return goal_motion(runtime(), operations::PathKind::kMove, actuator(), in_base(actuator(), X_BT), parameters,
+                     avoidance);
 }
 
-Activity LinInterface::lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters) const {
-  return goal_motion(runtime(), PathKind::kLin, actuator(), in_base(actuator(), X_BT), parameters);
+activity::Activity LinInterface::lin(const Eigen::Isometry3d& X_BT,
+                                     const operations::MotionParameters& parameters) const {
+  return goal_motion(runtime(), operations::PathKind::kLin, actuator(), in_base(actuator(), X_BT), parameters);
 }
 
-Activity LinInterface::lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters) const {
-  return goal_motion(runtime(), PathKind::kLin, actuator(), Goal{Goal::Step{.in = actuator(), .translation = way_B}},
-                     parameters);
+activity::Activity LinInterface::lin_by(const Eigen::Vector3d& way_B,
+                                        const operations::MotionParameters& parameters) const {
+  return goal_motion(runtime(), operations::PathKind::kLin, actuator(),
+                     operations::Goal{operations::Goal::Step{.in = actuator(), .translation = way_B}}, parameters);
 }
 
-Activity LinInterface::circ(const motion::ArcThrough& arc, const MotionParameters& parameters) const {
-  MotionTask task = task_of(PathKind::kCirc, actuator(), parameters);
+activity::Activity LinInterface::circ(const motion::ArcThrough& arc,
+                                      const operations::MotionParameters& parameters) const {
+  operations::MotionTask task = task_of(operations::PathKind::kCirc, actuator(), parameters);
   task.goal = in_base(actuator(), arc.X_BM_goal);
   task.via = in_base(actuator(), Eigen::Isometry3d(Eigen::Translation3d(arc.p_via)));
   task.orientation = arc.orientation;
   return planned_motion(runtime(), std::move(task));
 }
 
-Activity LinInterface::circ(const motion::ArcAbout& arc, const MotionParameters& parameters) const {
-  MotionTask task = task_of(PathKind::kCirc, actuator(), parameters);
-  task.about = MotionTask::About{.in = actuator(), .centre = arc.centre, .axis = arc.axis, .angle = arc.angle};
+activity::Activity LinInterface::circ(const motion::ArcAbout& arc,
+                                      const operations::MotionParameters& parameters) const {
+  operations::MotionTask task = task_of(operations::PathKind::kCirc, actuator(), parameters);
+  task.about =
+      operations::MotionTask::About{.in = actuator(), .centre = arc.centre, .axis = arc.axis, .angle = arc.angle};
   task.orientation = arc.orientation;
   return planned_motion(runtime(), std::move(task));
 }
 
-Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
-                              const MotionParameters& parameters) const {
-  MotionTask task = task_of(PathKind::kSpline, actuator(), parameters);
+activity::Activity LinInterface::spline(const std::vector<Eigen::Isometry3d>& poses_BT,
+                                        const operations::MotionParameters& parameters) const {
+  operations::MotionTask task = task_of(operations::PathKind::kSpline, actuator(), parameters);
   for (const Eigen::Isometry3d& X_BT : poses_BT) task.through.push_back(in_base(actuator(), X_BT));
   return planned_motion(runtime(), std::move(task));
 }
 
-Activity FreedriveInterface::freedrive(const FreedriveParameters& parameters) const {
-  FreedriveParameters own = parameters;
+activity::Activity FreedriveInterface::freedrive(const operations::FreedriveParameters& parameters) const {
+  operations::FreedriveParameters own = parameters;
   own.arm = actuator();
-  const auto accepted = freedrive_parameters().accept(own, runtime().cell());
-  if (!accepted) return make(refused_activity(actuator() + " freedrive", actuator(), accepted.error()));
-  return make(freedrive_activity(*accepted, runtime().cell(), runtime().biases()));
+  const auto accepted = operations::freedrive_parameters().accept(own, runtime().cell());
+  if (!accepted) return make(operations::refused_activity(actuator() + " freedrive", actuator(), accepted.error()));
+  return make(operations::freedrive_activity(*accepted, runtime().cell(), runtime().biases()));
 }
 
 // -- Control modes ---------------------------------------------------------------------------------------------------
 
-Activity ControlModeInterface::switch_to(device::ControlMode mode) const {
-  return make(mode_activity(actuator(), mode));
+activity::Activity ControlModeInterface::switch_to(device::ControlMode mode) const {
+  return make(activity::mode_activity(actuator(), mode));
 }
 
-Activity ControlModeInterface::switch_to(std::string_view mode) const {
+activity::Activity ControlModeInterface::switch_to(std::string_view mode) const {
   if (const auto known = device::control_mode_of(mode)) return switch_to(*known);
   std::vector<std::string> names;
   for (const device::ControlMode one : modes()) names.emplace_back(name_of(one));
@@ -195,19 +210,21 @@ void JointInterface::check(int joint) const {
                      fmt::format("0 to {}", count - 1));
 }
 
-Activity JointInterface::move_to(int joint, double q, const MotionParameters& parameters) const {
+activity::Activity JointInterface::move_to(int joint, double q, const operations::MotionParameters& parameters) const {
   check(joint);
-  return goal_motion(runtime(), PathKind::kPtp, actuator(), Goal{Goal::OneJoint{.joint = joint, .q = q}}, parameters);
+  return goal_motion(runtime(), operations::PathKind::kPtp, actuator(),
+                     operations::Goal{operations::Goal::OneJoint{.joint = joint, .q = q}}, parameters);
 }
 
-Activity JointInterface::move_by(int joint, double by, const MotionParameters& parameters) const {
+activity::Activity JointInterface::move_by(int joint, double by, const operations::MotionParameters& parameters) const {
   check(joint);
-  return goal_motion(runtime(), PathKind::kPtp, actuator(), Goal{Goal::OneJoint{joint, by, /*by=*/true}}, parameters);
+  return goal_motion(runtime(), operations::PathKind::kPtp, actuator(),
+                     operations::Goal{operations::Goal::OneJoint{joint, by, /*by=*/true}}, parameters);
 }
 
 void register_interface(const InterfaceOffer& offer) { all_offers().push_back(offer); }
 
-Actuator::Actuator(Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
+Actuator::Actuator(activity::Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
   if (!interfaces().empty()) return;
   const Cell& cell = runtime.cell();
   std::vector<std::string> names;
@@ -235,7 +252,7 @@ void Actuator::refuse(std::string_view interface) const {
                    fmt::format("it offers {}", fmt::join(interfaces(), ", ")));
 }
 
-const command::MountedArm& Actuator::arm() const {
+const expression::MountedArm& Actuator::arm() const {
   const auto found = runtime_->cell().arms.find(name_);
   if (found == runtime_->cell().arms.end())
     throw_diagnostic(Code::kWrongType, name_, fmt::format("'{}' is not an arm", name_), "an arm of the cell");
@@ -271,34 +288,34 @@ void Actuator::carry(double mass) const {
     throw_diagnostic(Code::kNotPossibleNow, name_,
                      fmt::format("'{}' is running an activity, and its load can change only between activities", name_),
                      "after their end");
-  command::Cell& cell = runtime_->cell();
-  if (const auto mismatch = told_mismatch(cell, name_, mass))
+  expression::Cell& cell = runtime_->cell();
+  if (const auto mismatch = operations::told_mismatch(cell, name_, mass))
     throw_diagnostic(Code::kPayloadMismatch, name_,
                      fmt::format("what '{}' holds weighs {:g} kg, not {:g} kg", name_, mismatch->known, mismatch->told),
                      "its mass, or no call: takt knows it");
   cell.arms.find(name_)->second.told_mass = mass;
-  command::tell_tool_settings(cell);
+  expression::tell_tool_settings(cell);
 }
 
 Eigen::Isometry3d Actuator::tcp(const std::string& tool, const std::string& tcp) const {
   (void)arm();
-  const auto found = find_tool(runtime_->cell(), name_, {tool, tcp});
+  const auto found = operations::find_tool(runtime_->cell(), name_, {tool, tcp});
   if (found) return found->X_FT;
   Diagnostics why;
   why.append(found.error(), pointer_segment(name_));
-  throw ActivityError(std::move(why));
+  throw activity::ActivityError(std::move(why));
 }
 
 void Actuator::use_tool(const std::string& tool, const std::string& tcp_name) const {
-  const ArmTools tools{{name_, {tool, tcp_name}, pointer_segment(name_)}};
+  const operations::ArmTools tools{{name_, {tool, tcp_name}, pointer_segment(name_)}};
   (void)tcp(tool, tcp_name);
-  command::Cell& cell = runtime_->cell();
+  expression::Cell& cell = runtime_->cell();
   if (arm().device->held() && changes_tool(cell, tools))
     throw_diagnostic(Code::kNotPossibleNow, name_,
                      fmt::format("'{}' is running an activity, and its tool can change only between activities", name_),
                      "after their end");
-  (void)use_tools(cell, tools);
-  command::tell_tool_settings(cell);
+  (void)operations::use_tools(cell, tools);
+  expression::tell_tool_settings(cell);
 }
 
 Eigen::Isometry3d Actuator::frame(const std::string& name) const {
@@ -307,9 +324,9 @@ Eigen::Isometry3d Actuator::frame(const std::string& name) const {
     if (*X) continue;
     Diagnostics why;
     why.append(X->error(), pointer_segment(name_));
-    throw ActivityError(std::move(why));
+    throw activity::ActivityError(std::move(why));
   }
   return X_WB->inverse() * *X_WF;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::app

@@ -23,73 +23,82 @@
 /// (docs/activity-layer.md, docs/operations.md). They take the very parameters that files fill; what is wrong with them
 /// is told as to a file when the activity is carried out. Poses are of the arm's tool centre point T in its base B, in
 /// m. Realtime: setup.
-namespace takt::activity {
+namespace takt::app {
 
 /// A group of activities of one actuator.
 class ActuatorInterface {
  public:
-  ActuatorInterface(Runtime& runtime, std::string actuator) : runtime_(&runtime), actuator_(std::move(actuator)) {}
+  ActuatorInterface(activity::Runtime& runtime, std::string actuator)
+      : runtime_(&runtime), actuator_(std::move(actuator)) {}
   [[nodiscard]] const std::string& actuator() const { return actuator_; }
 
  protected:
-  [[nodiscard]] Runtime& runtime() const { return *runtime_; }
-  [[nodiscard]] Activity make(ActivityPtr model) const { return {*runtime_, std::move(model)}; }
+  [[nodiscard]] activity::Runtime& runtime() const { return *runtime_; }
+  [[nodiscard]] activity::Activity make(activity::ActivityPtr model) const { return {*runtime_, std::move(model)}; }
   /// An operation of this actuator by its parameters.
   template <class P>
-  [[nodiscard]] Activity perform(const P& parameters) const {
-    return make(operation_activity(parameters, actuator_, runtime_->context()));
+  [[nodiscard]] activity::Activity perform(const P& parameters) const {
+    return make(operations::operation_activity(parameters, actuator_, runtime_->context()));
   }
 
  private:
-  Runtime* runtime_;
+  activity::Runtime* runtime_;
   std::string actuator_;
 };
 
 /// A motion as files have it, with the checks of its table. Its name follows from its arm and its kind.
-[[nodiscard]] Activity planned_motion(Runtime& runtime, MotionTask task);
+[[nodiscard]] activity::Activity planned_motion(activity::Runtime& runtime, operations::MotionTask task);
 
 /// Motions in joints, of arms.
 class PtpInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "PtpInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  [[nodiscard]] Activity ptp(const kinematics::JointVector& q_goal, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity ptp(const kinematics::JointVector& q_goal,
+                                       const operations::MotionParameters& parameters = {}) const;
   /// To the nearest configuration that has this pose.
-  [[nodiscard]] Activity ptp(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {}) const;
-  [[nodiscard]] Activity spline(const std::vector<kinematics::JointVector>& points,
-                                const MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity ptp(const Eigen::Isometry3d& X_BT,
+                                       const operations::MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity spline(const std::vector<kinematics::JointVector>& points,
+                                          const operations::MotionParameters& parameters = {}) const;
   /// On a path around what is in the way (docs/planning.md), which is looked for right before it begins.
-  [[nodiscard]] Activity move(const kinematics::JointVector& q_goal, const MotionParameters& parameters = {},
-                              const AvoidanceParameters& avoidance = {}) const;
+  [[nodiscard]] activity::Activity move(const kinematics::JointVector& q_goal,
+                                        const operations::MotionParameters& parameters = {},
+                                        const operations::AvoidanceParameters& avoidance = {}) const;
   /// To any configuration that has this pose.
-  [[nodiscard]] Activity move(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {},
-                              const AvoidanceParameters& avoidance = {}) const;
+  [[nodiscard]] activity::Activity move(const Eigen::Isometry3d& X_BT,
+                                        const operations::MotionParameters& parameters = {},
+                                        const operations::AvoidanceParameters& avoidance = {}) const;
 };
 
 /// Motions of the tool, of arms with inverse kinematics.
 class LinInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "LinInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  [[nodiscard]] Activity lin(const Eigen::Isometry3d& X_BT, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity lin(const Eigen::Isometry3d& X_BT,
+                                       const operations::MotionParameters& parameters = {}) const;
   /// From wherever it will be, by this much in the axes of the base.
-  [[nodiscard]] Activity lin_by(const Eigen::Vector3d& way_B, const MotionParameters& parameters = {}) const;
-  [[nodiscard]] Activity circ(const motion::ArcThrough& arc, const MotionParameters& parameters = {}) const;
-  [[nodiscard]] Activity circ(const motion::ArcAbout& arc, const MotionParameters& parameters = {}) const;
-  [[nodiscard]] Activity spline(const std::vector<Eigen::Isometry3d>& poses_BT,
-                                const MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity lin_by(const Eigen::Vector3d& way_B,
+                                          const operations::MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity circ(const motion::ArcThrough& arc,
+                                        const operations::MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity circ(const motion::ArcAbout& arc,
+                                        const operations::MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity spline(const std::vector<Eigen::Isometry3d>& poses_BT,
+                                          const operations::MotionParameters& parameters = {}) const;
 };
 
 /// All motions of an arm.
 class MotionInterface final : public PtpInterface, public LinInterface {
  public:
   static constexpr std::string_view kName = "MotionInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
-  MotionInterface(Runtime& runtime, const std::string& actuator)
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
+  MotionInterface(activity::Runtime& runtime, const std::string& actuator)
       : PtpInterface(runtime, actuator), LinInterface(runtime, actuator) {}
   using LinInterface::spline;
   using PtpInterface::spline;
@@ -99,26 +108,28 @@ class MotionInterface final : public PtpInterface, public LinInterface {
 class HoldInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "HoldInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// Until it is cancelled, or for so long (s).
-  [[nodiscard]] Activity hold(std::optional<double> seconds = {}) const { return hold({.seconds = seconds}); }
-  [[nodiscard]] Activity hold(const HoldParameters& parameters) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity hold(std::optional<double> seconds = {}) const { return hold({.seconds = seconds}); }
+  [[nodiscard]] activity::Activity hold(const operations::HoldParameters& parameters) const {
+    return perform(parameters);
+  }
 };
 
 /// How an arm follows its set points (docs/control-modes.md), of arms with more than one control mode.
 class ControlModeInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "ControlModeInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// Waits until the arm rests and nothing holds it, and brings it into the mode; what follows is planned from there.
   /// Out of impedance, `position` begins where the arm is. A mode that it has not, or cannot go into from the one it is
   /// in, is refused with those that are allowed.
-  [[nodiscard]] Activity switch_to(device::ControlMode mode) const;
-  [[nodiscard]] Activity switch_to(std::string_view mode) const;
+  [[nodiscard]] activity::Activity switch_to(device::ControlMode mode) const;
+  [[nodiscard]] activity::Activity switch_to(std::string_view mode) const;
   /// In which it is now.
   [[nodiscard]] device::ControlMode mode() const;
   [[nodiscard]] std::vector<device::ControlMode> modes() const;
@@ -131,100 +142,120 @@ class ControlModeInterface : public ActuatorInterface {
 class ForceInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "ForceInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// Approaches along a direction until contact, then presses with a force: until a time or a state, or until it is
   /// cancelled; then the arm comes to rest.
-  [[nodiscard]] Activity press(const PressParameters& parameters = {}) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity press(const operations::PressParameters& parameters = {}) const {
+    return perform(parameters);
+  }
   /// The same, and follows a pattern across the direction until something is found.
-  [[nodiscard]] Activity search(const SearchParameters& parameters) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity search(const operations::SearchParameters& parameters) const {
+    return perform(parameters);
+  }
 };
 
 /// Velocities of the tool, of arms with inverse kinematics.
 class JogInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "JogInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// Manual control while a dead-man switch is held.
-  [[nodiscard]] Activity jog(const JogParameters& parameters) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity jog(const operations::JogParameters& parameters) const {
+    return perform(parameters);
+  }
 };
 
 /// Poses that move, of arms with inverse kinematics.
 class FollowInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "FollowInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// The tool goes after a frame, or after the poses of a channel.
-  [[nodiscard]] Activity follow(const FollowParameters& parameters) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity follow(const operations::FollowParameters& parameters) const {
+    return perform(parameters);
+  }
 };
 
 /// Guiding by hand, of arms that have joint impedance, or a force/torque sensor and inverse kinematics.
 class FreedriveInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "FreedriveInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// A person leads the arm until the end, or until it is cancelled; then it rests where it is, in the control mode
   /// that it had before (command::freedrive). An arm whose force/torque sensor was not tared tares it at the beginning.
-  [[nodiscard]] Activity freedrive(const FreedriveParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity freedrive(const operations::FreedriveParameters& parameters = {}) const;
 };
 
 /// Of grippers.
 class GrippingInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "GrippingInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// The run fails where what was expected is not between the fingers. With `part` its frame goes with the arm until
   /// the gripper opens, with `part_mass` the arm is set to carry it.
-  [[nodiscard]] Activity close(const GripParameters& parameters = {}) const { return perform(parameters); }
-  [[nodiscard]] Activity open(const ReleaseParameters& parameters = {}) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity close(const operations::GripParameters& parameters = {}) const {
+    return perform(parameters);
+  }
+  [[nodiscard]] activity::Activity open(const operations::ReleaseParameters& parameters = {}) const {
+    return perform(parameters);
+  }
 };
 
 /// Of tool changers.
 class ToolChangerInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "ToolChangerInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// The run fails where no tool side is, or another one than was named. What is coupled is a tool of the arm from then
   /// on: Actuator::use_tool().
-  [[nodiscard]] Activity couple(const CoupleParameters& parameters = {}) const { return perform(parameters); }
-  [[nodiscard]] Activity uncouple(const UncoupleParameters& parameters = {}) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity couple(const operations::CoupleParameters& parameters = {}) const {
+    return perform(parameters);
+  }
+  [[nodiscard]] activity::Activity uncouple(const operations::UncoupleParameters& parameters = {}) const {
+    return perform(parameters);
+  }
 };
 
 /// Of digital and analog outputs.
 class OutputInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "OutputInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
-  [[nodiscard]] Activity set(bool value) const { return set(SetParameters{.value = value}); }
-  [[nodiscard]] Activity set(double value) const { return set(SetParameters{.value = value}); }
+  [[nodiscard]] activity::Activity set(bool value) const { return set(operations::SetParameters{.value = value}); }
+  [[nodiscard]] activity::Activity set(double value) const { return set(operations::SetParameters{.value = value}); }
   /// As a file has it: a value, or what an analog output follows.
-  [[nodiscard]] Activity set(const SetParameters& parameters) const { return perform(parameters); }
+  [[nodiscard]] activity::Activity set(const operations::SetParameters& parameters) const {
+    return perform(parameters);
+  }
 };
 
 /// One joint of an arm; the others rest.
 class JointInterface : public ActuatorInterface {
  public:
   static constexpr std::string_view kName = "JointInterface";
-  [[nodiscard]] static bool offered_by(const command::Cell& cell, const std::string& actuator);
+  [[nodiscard]] static bool offered_by(const expression::Cell& cell, const std::string& actuator);
   using ActuatorInterface::ActuatorInterface;
 
   /// @param joint  from 0. Throws ActivityError if there is none. @param q  rad, or m of a sliding joint
-  [[nodiscard]] Activity move_to(int joint, double q, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity move_to(int joint, double q,
+                                           const operations::MotionParameters& parameters = {}) const;
   /// From wherever it will be, by so much.
-  [[nodiscard]] Activity move_by(int joint, double by, const MotionParameters& parameters = {}) const;
+  [[nodiscard]] activity::Activity move_by(int joint, double by,
+                                           const operations::MotionParameters& parameters = {}) const;
 
  private:
   void check(int joint) const;
@@ -233,7 +264,7 @@ class JointInterface : public ActuatorInterface {
 /// An interface as Actuator::interfaces() lists it.
 struct InterfaceOffer {
   std::string_view name;
-  bool (*offered_by)(const command::Cell& cell, const std::string& actuator);
+  bool (*offered_by)(const expression::Cell& cell, const std::string& actuator);
 };
 void register_interface(const InterfaceOffer& offer);
 /// Lists an interface of a project or a plug-in with those that takt brings: `const RegisterInterface<Weld> kWeld;` at
@@ -250,10 +281,10 @@ class RegisterInterface {
 class Actuator {
  public:
   /// Throws ActivityError, with the nearest name, if the cell has nothing of this name.
-  Actuator(Runtime& runtime, std::string name);
+  Actuator(activity::Runtime& runtime, std::string name);
 
   [[nodiscard]] const std::string& name() const { return name_; }
-  [[nodiscard]] Runtime& runtime() const { return *runtime_; }
+  [[nodiscard]] activity::Runtime& runtime() const { return *runtime_; }
   /// Throws ActivityError, with what it offers, if it has no such interface.
   template <class Interface>
   [[nodiscard]] Interface use() const {
@@ -266,8 +297,8 @@ class Actuator {
   }
   /// Any operation that is a command, by its parameters; also of a plug-in: robot.perform(PressParameters{.force = 5}).
   template <class P>
-  [[nodiscard]] Activity perform(P parameters) const {
-    return {*runtime_, operation_activity(std::move(parameters), name_, runtime_->context())};
+  [[nodiscard]] activity::Activity perform(P parameters) const {
+    return {*runtime_, operations::operation_activity(std::move(parameters), name_, runtime_->context())};
   }
   /// Names of the interfaces that it offers.
   [[nodiscard]] std::vector<std::string> interfaces() const;
@@ -306,10 +337,10 @@ class Actuator {
 
  private:
   [[noreturn]] void refuse(std::string_view interface) const;
-  [[nodiscard]] const command::MountedArm& arm() const;
+  [[nodiscard]] const expression::MountedArm& arm() const;
 
-  Runtime* runtime_;
+  activity::Runtime* runtime_;
   std::string name_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::app

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace takt::activity {
+namespace takt::app {
 namespace {
 
 std::vector<std::string> names_of(const std::vector<const Actuator*>& actuators) {
@@ -30,7 +30,7 @@ std::vector<DevicePart> parts_of(std::initializer_list<Actuator> actuators) {
 [[noreturn]] void refuse_device(Code code, const std::string& device, std::string message, std::string hint) {
   Diagnostics why;
   why.error(code, pointer_segment(device), std::move(message), std::move(hint));
-  throw ActivityError(std::move(why));
+  throw activity::ActivityError(std::move(why));
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ ComposedDevice::ComposedDevice(std::string name, std::initializer_list<Actuator>
 ComposedDevice::ComposedDevice(std::string name, std::vector<DevicePart> parts)
     : name_(std::move(name)), parts_(std::move(parts)) {
   if (parts_.empty()) refuse_device(Code::kMissing, name_, "a device without parts", "add at least one actuator");
-  Runtime& runtime = parts_.front().actuator.runtime();
+  activity::Runtime& runtime = parts_.front().actuator.runtime();
   for (auto part = parts_.begin(); part != parts_.end(); ++part) {
     const std::string& own = part->actuator.name();
     if (std::any_of(parts_.begin(), part, [&](const DevicePart& other) { return other.actuator.name() == own; }))
@@ -116,4 +116,4 @@ void ComposedDevice::resume() const {
   for (const Actuator* arm : arms()) arm->resume();
 }
 
-}  // namespace takt::activity
+}  // namespace takt::app

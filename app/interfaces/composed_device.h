@@ -9,7 +9,7 @@
 
 #include "app/interfaces/actuator_interfaces.h"
 
-namespace takt::activity {
+namespace takt::app {
 
 class DeviceInterface;
 
@@ -65,7 +65,7 @@ class ComposedDevice {
   void resume() const;
 
  private:
-  using OfferedBy = bool (*)(const command::Cell&, const std::string&);
+  using OfferedBy = bool (*)(const expression::Cell&, const std::string&);
   [[nodiscard]] const Actuator* find(const std::string& role) const;
   [[nodiscard]] std::vector<const Actuator*> offering(OfferedBy offered_by) const;
   [[nodiscard]] const Actuator& the_one(std::string_view interface, OfferedBy offered_by) const;
@@ -92,4 +92,4 @@ class DeviceInterface {
   ComposedDevice device_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::app

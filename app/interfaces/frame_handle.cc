@@ -8,15 +8,15 @@
 #include "core/expression/moving_frames.h"
 #include "core/operations/grasp/set_frame.h"
 
-namespace takt::activity {
+namespace takt::app {
 
-Frame::Frame(Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
+Frame::Frame(activity::Runtime& runtime, std::string name) : runtime_(&runtime), name_(std::move(name)) {
   const world::FrameGraph& frames = runtime.cell().frames;
   if (frames.contains(name_)) return;
   Diagnostics why;
   why.error(Code::kUnknownName, pointer_segment(name_), fmt::format("there is no frame '{}'", name_),
             nearest_choice(name_, frames.names()));
-  throw ActivityError(std::move(why));
+  throw activity::ActivityError(std::move(why));
 }
 
 Frame Frame::then(const Eigen::Isometry3d& X) const {
@@ -36,31 +36,31 @@ Frame Frame::turned(double roll, double pitch, double yaw) const {
 }
 
 Eigen::Isometry3d Frame::in(const std::string& other) const {
-  update_flange_frames(runtime_->cell());
+  expression::update_flange_frames(runtime_->cell());
   const auto X = runtime_->cell().frames.pose(name_, other);
   if (!X) give_up(X.error());
   return *X * X_;
 }
 
-command::FrameSensor Frame::pose_in(const std::string& other) const {
-  return command::pose_between(runtime_->cell(), name_, other) * command::FrameTerm(net::Frame(X_));
+expression::FrameSensor Frame::pose_in(const std::string& other) const {
+  return expression::pose_between(runtime_->cell(), name_, other) * expression::FrameTerm(net::Frame(X_));
 }
 
-command::TwistSensor Frame::velocity_in(const std::string& other) const {
-  const command::Cell& cell = runtime_->cell();
-  const auto X_OF = command::pose_between(cell, name_, other);
-  return command::shift(command::twist_between(cell, name_, other),
-                        rotate(X_OF, command::VectorTerm(net::Vector(X_.translation()))));
+expression::TwistSensor Frame::velocity_in(const std::string& other) const {
+  const expression::Cell& cell = runtime_->cell();
+  const auto X_OF = expression::pose_between(cell, name_, other);
+  return expression::shift(expression::twist_between(cell, name_, other),
+                           rotate(X_OF, expression::VectorTerm(net::Vector(X_.translation()))));
 }
 
 Frame Frame::keep_as(const std::string& name, const std::string& in) const {
-  update_flange_frames(runtime_->cell());
-  command::Cell& cell = runtime_->cell();
+  expression::update_flange_frames(runtime_->cell());
+  expression::Cell& cell = runtime_->cell();
   Diagnostics why;
-  if (!is_free_frame_name(cell, name) || name.find('/') != std::string::npos)
+  if (!operations::is_free_frame_name(cell, name) || name.find('/') != std::string::npos)
     why.error(Code::kInvalidName, "", fmt::format("'{}' cannot be the name of a frame that a program makes", name),
               "Choose a name that the cell does not have yet, without '/'");
-  if (!why.has_errors()) why = set_frame(cell, {.as = name, .in = in, .of = name_, .X = X_});
+  if (!why.has_errors()) why = operations::set_frame(cell, {.as = name, .in = in, .of = name_, .X = X_});
   if (why.has_errors()) give_up(why);
   return {*runtime_, name};
 }
@@ -80,7 +80,7 @@ ScopedFrame::~ScopedFrame() { frame_.runtime_->cell().frames.remove(frame_.name_
 void Frame::give_up(const Diagnostics& why) const {
   Diagnostics placed;
   placed.append(why, pointer_segment(name_));
-  throw ActivityError(std::move(placed));
+  throw activity::ActivityError(std::move(placed));
 }
 
-}  // namespace takt::activity
+}  // namespace takt::app

@@ -9,13 +9,13 @@
 #include "core/expression/sensor.h"
 
 /// Frames in C++: cell.frame("container").offset(0, 0, 0.1).in("arm"). Realtime: setup.
-namespace takt::activity {
+namespace takt::app {
 
 /// A frame of the cell, or one beside it, as programs name poses: where the program believes it to be. A cheap value.
 class Frame {
  public:
   /// Throws ActivityError, with the nearest name, if the cell has no such frame.
-  Frame(Runtime& runtime, std::string name);
+  Frame(activity::Runtime& runtime, std::string name);
 
   /// The frame beside this one: so far along its axes, m.
   [[nodiscard]] Frame offset(double x, double y, double z) const;
@@ -27,8 +27,8 @@ class Frame {
   /// (Code::kUnknownPose) where that is not known.
   [[nodiscard]] Eigen::Isometry3d in(const std::string& other = std::string(world::FrameGraph::kWorld)) const;
   /// Pose in another frame, and velocity seen from it, as sensors: while machines move, and in nets.
-  [[nodiscard]] command::FrameSensor pose_in(const std::string& other) const;
-  [[nodiscard]] command::TwistSensor velocity_in(const std::string& other) const;
+  [[nodiscard]] expression::FrameSensor pose_in(const std::string& other) const;
+  [[nodiscard]] expression::TwistSensor velocity_in(const std::string& other) const;
   /// Makes it a frame of the cell that rides on what this one rides on, or on `in` from where it is now. Throws
   /// ActivityError for a name that is not free. @return the frame of that name
   Frame keep_as(const std::string& name) const { return keep_as(name, name_); }
@@ -38,7 +38,7 @@ class Frame {
   friend class ScopedFrame;
   [[noreturn]] void give_up(const Diagnostics& why) const;
 
-  Runtime* runtime_;
+  activity::Runtime* runtime_;
   std::string name_;
   Eigen::Isometry3d X_ = Eigen::Isometry3d::Identity();  ///< in the frame of that name, m
 };
@@ -62,4 +62,4 @@ class ScopedFrame {
   Frame frame_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::app

@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
-namespace takt::activity {
+namespace takt::app {
 namespace {
 
-Goal in_world(const Eigen::Isometry3d& X_W) {
-  return Goal{Goal::Pose{.in = std::string(world::FrameGraph::kWorld), .X = X_W}};
+operations::Goal in_world(const Eigen::Isometry3d& X_W) {
+  return operations::Goal{operations::Goal::Pose{.in = std::string(world::FrameGraph::kWorld), .X = X_W}};
 }
 
 /// The pose of an arm's base in the world.
@@ -25,7 +25,7 @@ TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::
     wrong.error(Code::kRequires, "/follower",
                 fmt::format("'{}' belongs to another runtime than '{}'", follower.name(), leader.name()),
                 "Use arms of one Runtime");
-  if (wrong.has_errors()) throw ActivityError(std::move(wrong));
+  if (wrong.has_errors()) throw activity::ActivityError(std::move(wrong));
   (void)leader.use<LinInterface>();
   (void)follower.use<LinInterface>();
   grasp_ = {.leader = leader.name(),
@@ -38,7 +38,7 @@ TwoArms::TwoArms(const Actuator& leader, const Actuator& follower, const Eigen::
   grasp_.X_HF = follower.flange().inverse() * grasp_.X_WF.inverse() * X_WC;
 }
 
-Activity TwoArms::motion(MotionTask task) const {
+activity::Activity TwoArms::motion(operations::MotionTask task) const {
   task.arm = leader_.name();
   task.follower = follower_.name();
   task.X_FM = grasp_.X_HL;
@@ -46,23 +46,25 @@ Activity TwoArms::motion(MotionTask task) const {
   return planned_motion(*runtime_, std::move(task));
 }
 
-Activity TwoArms::lin(const Eigen::Isometry3d& X_WC, const MotionParameters& parameters) const {
-  MotionTask task{parameters};
-  task.kind = PathKind::kLin;
+activity::Activity TwoArms::lin(const Eigen::Isometry3d& X_WC, const operations::MotionParameters& parameters) const {
+  operations::MotionTask task{parameters};
+  task.kind = operations::PathKind::kLin;
   task.goal = in_world(X_WC);
   return motion(std::move(task));
 }
 
-Activity TwoArms::lin_by(const Eigen::Vector3d& way_W, const MotionParameters& parameters) const {
-  MotionTask task{parameters};
-  task.kind = PathKind::kLin;
-  task.goal = Goal{Goal::Step{.in = std::string(world::FrameGraph::kWorld), .translation = way_W}};
+activity::Activity TwoArms::lin_by(const Eigen::Vector3d& way_W, const operations::MotionParameters& parameters) const {
+  operations::MotionTask task{parameters};
+  task.kind = operations::PathKind::kLin;
+  task.goal =
+      operations::Goal{operations::Goal::Step{.in = std::string(world::FrameGraph::kWorld), .translation = way_W}};
   return motion(std::move(task));
 }
 
-Activity TwoArms::circ(const motion::ArcThrough& arc_W, const MotionParameters& parameters) const {
-  MotionTask task{parameters};
-  task.kind = PathKind::kCirc;
+activity::Activity TwoArms::circ(const motion::ArcThrough& arc_W,
+                                 const operations::MotionParameters& parameters) const {
+  operations::MotionTask task{parameters};
+  task.kind = operations::PathKind::kCirc;
   task.goal = in_world(arc_W.X_BM_goal);
   task.via = in_world(Eigen::Isometry3d(Eigen::Translation3d(arc_W.p_via)));
   task.orientation = arc_W.orientation;
@@ -72,4 +74,4 @@ Activity TwoArms::circ(const motion::ArcThrough& arc_W, const MotionParameters& 
 Eigen::Isometry3d TwoArms::centre() const { return grasp_.X_WL * leader_.flange() * grasp_.X_HL; }
 Eigen::Isometry3d TwoArms::centre_by_follower() const { return grasp_.X_WF * follower_.flange() * grasp_.X_HF; }
 
-}  // namespace takt::activity
+}  // namespace takt::app

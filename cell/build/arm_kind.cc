@@ -34,7 +34,7 @@ void add_own_force(const DeviceEntry& entry, const device::Arm& arm, BuiltCell& 
   if (felt == nullptr) felt = std::make_shared<device::ArmForce>(arm);
   auto& sensor = built.core->add(std::make_unique<device::ForceTorqueSensor>(
       entry.own_force, device::arm_force_description(arm.description()), std::move(felt)));
-  command::MountedSensor& mounted = built.cell.sensors[entry.own_force];
+  expression::MountedSensor& mounted = built.cell.sensors[entry.own_force];
   mounted.device = &sensor;
   mounted.arm = entry.name;
 }
@@ -57,7 +57,7 @@ std::optional<MountPlace> ArmKind::mount_place(const device::ModelDescription& m
   return MountPlace{.link = dynamic_cast<const ArmDescription&>(model).flange_link};
 }
 
-void ArmKind::declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const {
+void ArmKind::declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const {
   cell.arms[entry.name];
   if (!entry.own_force.empty()) cell.sensors[entry.own_force].arm = entry.name;
 }
@@ -119,7 +119,7 @@ void ArmKind::add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) c
   auto backend = built.commands->tap(name, std::move(wired.backend), static_cast<int>(wired.description->home.size()));
   auto& arm =
       built.core->add(std::make_unique<device::Arm>(name, wired.description, std::move(backend), built.core->period()));
-  command::MountedArm mounted;
+  expression::MountedArm mounted;
   mounted.device = &arm;
   mounted.start = start_of(device);
   // A base drives on the level, so what stands on it keeps this.

@@ -15,7 +15,7 @@ class ArmKind : public DeviceKind {
   [[nodiscard]] Result<ModelPointer> read(const std::filesystem::path& folder) const override;
   [[nodiscard]] bool has_backend() const override { return true; }
   [[nodiscard]] std::optional<MountPlace> mount_place(const device::ModelDescription& model) const override;
-  void declare(const DeviceEntry& entry, const device::ModelDescription* model, command::Cell& cell) const override;
+  void declare(const DeviceEntry& entry, const device::ModelDescription* model, expression::Cell& cell) const override;
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override;
   [[nodiscard]] sim::RobotDescription body(const LoadedDevice& device, sim::Mount mount) const override;
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override;

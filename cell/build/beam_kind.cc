@@ -22,7 +22,7 @@ class LightBarrierKind final : public DeviceKind {
   Result<ModelPointer> read(const std::filesystem::path& folder) const override {
     return device::read_light_barrier(folder);
   }
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     cell.digital_inputs[entry.name];
   }
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
@@ -61,7 +61,7 @@ class RangeFinderKind final : public DeviceKind {
   Result<ModelPointer> read(const std::filesystem::path& folder) const override {
     return device::read_range_finder(folder);
   }
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     cell.analog_inputs[entry.name];
   }
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {

@@ -27,7 +27,7 @@ struct BuiltCell {
   std::shared_ptr<SiteDevices> site;      ///< what stands between the machines of the world and the devices of the core
   std::shared_ptr<CommandTape> commands;  ///< what the core hands over; outlives it
   std::unique_ptr<rcc::ControlCore> core;
-  command::Cell cell;
+  expression::Cell cell;
   device::EmergencyStop* emergency_stop = nullptr;  ///< null: the scenario never presses one
   std::map<std::string, Eigen::Isometry3d, std::less<>>
       truth_W;                                                ///< drawn pose of every fixed object: expectations only

@@ -9,7 +9,6 @@
 #include "cell/build/cell_tools.h"
 #include "cell/build/command_tape.h"
 #include "cell/build/device_kind_registry.h"
-#include "cell/build/faults.h"
 #include "cell/build/simulated_cell.h"
 #include "cell/build/site_devices.h"
 #include "cell/file/operator.h"
@@ -81,7 +80,7 @@ void check_own_forces(LoadedDevices devices, const Site& site, Diagnostics& diag
   }
 }
 
-void check_force_sensor(const FilmEntry& film, const command::Cell& cell, Diagnostics& diagnostics) {
+void check_force_sensor(const FilmEntry& film, const expression::Cell& cell, Diagnostics& diagnostics) {
   if (film.force_sensor.empty() || cell.sensors.contains(film.force_sensor)) return;
   diagnostics.error(Code::kUnknownName, "/film/force_sensor",
                     fmt::format("there is no force/torque sensor '{}'", film.force_sensor),
@@ -132,13 +131,12 @@ void add_devices(const LoadedCell& loaded, BuiltCell& built, Diagnostics& diagno
     for (const auto& device : loaded.devices)
       if (built.site->wired_last(device->entry->name) == last) device->kind->add(*device, loaded.devices, built);
   add_tools(loaded.devices, built.cell, diagnostics);
-  activity::update_flange_frames(built.cell);
+  expression::update_flange_frames(built.cell);
   diagnostics.append(built.site->problems());
   check_own_forces(loaded.devices, description.site, diagnostics);
   check_force_sensor(description.film, built.cell, diagnostics);
   diagnostics.append(activity::declare_channels(*built.core, built.cell));
   add_composed(description, built, diagnostics);
-  add_emergency_stop(description.faults, built, diagnostics);
 }
 
 }  // namespace
@@ -165,7 +163,7 @@ Result<BuiltCell> build_cell(const Description& file, const device::ModelLibrary
   hand_over(loaded, simulated, built);
   add_devices(loaded, built, diagnostics);
   set_tools(simulated.world, built, diagnostics);
-  command::tell_tool_settings(built.cell);  // of arms that have a tool coupled
+  expression::tell_tool_settings(built.cell);  // of arms that have a tool coupled
   built.cell.shapes = cell_shapes(description, simulated.world, built.cell, diagnostics);
   // No device has such a name.
   built.cell.solids = &built.core->add("cell/solids", std::make_unique<primitives::CellSolids>(built.cell.shapes));
@@ -184,16 +182,16 @@ Diagnostics check_cell_names(const Description& file, const device::ModelLibrary
 namespace {
 
 void add_tool_name(const DeviceEntry& device, const DeviceKind& kind, const device::ModelDescription& model,
-                   command::Cell& cell) {
+                   expression::Cell& cell) {
   const auto own = kind.tcp(model);
   if (!own && device.tcps.empty()) return;
-  command::MountedTool& tool = cell.tools[device.name];
+  expression::MountedTool& tool = cell.tools[device.name];
   tool.X_FT = device.tcps;
-  if (own) tool.X_FT.try_emplace(std::string(command::MountedTool::kOwnTcp), *own);
+  if (own) tool.X_FT.try_emplace(std::string(expression::MountedTool::kOwnTcp), *own);
 }
 
 /// Name of the arm that a device is mounted on, through whatever is between; empty: on none.
-std::string arm_below(const Description& description, const DeviceEntry& device, const command::Cell& cell) {
+std::string arm_below(const Description& description, const DeviceEntry& device, const expression::Cell& cell) {
   const DeviceEntry* one = &device;
   for (std::size_t steps = 0; steps < description.devices.size() && !one->on.empty(); ++steps) {
     if (cell.arms.contains(one->on)) return one->on;
@@ -204,7 +202,7 @@ std::string arm_below(const Description& description, const DeviceEntry& device,
   return {};
 }
 
-void note_carrier(const Description& description, const DeviceEntry& device, command::Cell& cell) {
+void note_carrier(const Description& description, const DeviceEntry& device, expression::Cell& cell) {
   const std::string arm = arm_below(description, device, cell);
   if (const auto tool = cell.tools.find(device.name); tool != cell.tools.end()) tool->second.arm = arm;
   if (const auto gripper = cell.grippers.find(device.name); gripper != cell.grippers.end()) gripper->second.arm = arm;
@@ -214,8 +212,8 @@ void note_carrier(const Description& description, const DeviceEntry& device, com
 
 }  // namespace
 
-command::Cell names_of_cell(const Description& description, const device::ModelLibrary& models) {
-  command::Cell cell;
+expression::Cell names_of_cell(const Description& description, const device::ModelLibrary& models) {
+  expression::Cell cell;
   for (const DeviceEntry& device : description.devices) {
     const auto folder = models.find(device.model);
     const auto name = folder ? device::read_device_kind(*folder) : Result<std::string>(std::unexpected(Diagnostics{}));

@@ -15,6 +15,6 @@ namespace takt::cell {
 
 /// The names of a cell without anything behind them: enough to check the form of a program when the cell cannot be
 /// built. A device whose model is not known counts as an arm if it stands in the room, else as a sensor.
-[[nodiscard]] command::Cell names_of_cell(const Description& description, const device::ModelLibrary& models);
+[[nodiscard]] expression::Cell names_of_cell(const Description& description, const device::ModelLibrary& models);
 
 }  // namespace takt::cell

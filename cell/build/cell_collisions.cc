@@ -13,7 +13,7 @@ namespace {
 using collision::CellShapes;
 
 /// What moves is put where the program believes it to be; a mesh that has no hull is left out.
-void add_robot(const sim::RobotDescription& robot, const command::Cell& cell, CellShapes& shapes,
+void add_robot(const sim::RobotDescription& robot, const expression::Cell& cell, CellShapes& shapes,
                Diagnostics& diagnostics) {
   const bool stands = robot.mount.parent.empty();
   const Eigen::Isometry3d X_P = stands ? cell.frames.pose(robot.name).value_or(robot.mount.X_P) : robot.mount.X_P;
@@ -27,7 +27,7 @@ void add_robot(const sim::RobotDescription& robot, const command::Cell& cell, Ce
   }
 }
 
-void add_object(const ObjectEntry& entry, const command::Cell& cell, CellShapes& shapes) {
+void add_object(const ObjectEntry& entry, const expression::Cell& cell, CellShapes& shapes) {
   shapes.objects.insert(entry.name);
   if (!entry.fixed) shapes.free_objects.insert(entry.name);
   if (!entry.model.empty()) return;  // with the machines
@@ -62,7 +62,7 @@ void add_couplings(const sim::WorldDescription& simulated, CellShapes& shapes) {
   }
 }
 
-void find_mechanisms(const command::Cell& cell, CellShapes& shapes) {
+void find_mechanisms(const expression::Cell& cell, CellShapes& shapes) {
   for (const auto& [name, arm] : cell.arms) {
     const device::ArmDescription& model = arm.device->description();
     shapes.arms[name] = {.joints = joints_of(shapes, name, model.joint_names),
@@ -74,9 +74,9 @@ void find_mechanisms(const command::Cell& cell, CellShapes& shapes) {
 }
 
 /// Links that are too near to each other in the home posture of their arm are built so: their solids are hulls.
-void accept_home(const command::Cell& cell, CellShapes& shapes) {
+void accept_home(const expression::Cell& cell, CellShapes& shapes) {
   collision::State home = shapes.scene.start();
-  for (const auto& [name, arm] : cell.arms) command::set_joints(shapes, name, arm.device->description().home, home);
+  for (const auto& [name, arm] : cell.arms) expression::set_joints(shapes, name, arm.device->description().home, home);
   shapes.scene.accept_as_built(home, shapes.margin);
 }
 
@@ -96,7 +96,7 @@ void read_allowed(const CollisionsEntry& entry, CellShapes& shapes, Diagnostics&
 }  // namespace
 
 std::shared_ptr<const CellShapes> cell_shapes(const Description& description, const sim::WorldDescription& simulated,
-                                              const command::Cell& cell, Diagnostics& diagnostics) {
+                                              const expression::Cell& cell, Diagnostics& diagnostics) {
   auto shapes = std::make_shared<CellShapes>();
   shapes->margin = description.collisions.margin_m;
   shapes->off = description.collisions.off;

@@ -15,7 +15,7 @@ namespace takt::cell {
 /// @return the shapes; diagnostics: unknown names in "allow"; warnings: meshes that cannot be used. Realtime: setup.
 [[nodiscard]] std::shared_ptr<const collision::CellShapes> cell_shapes(const Description& description,
                                                                        const sim::WorldDescription& simulated,
-                                                                       const command::Cell& cell,
+                                                                       const expression::Cell& cell,
                                                                        Diagnostics& diagnostics);
 
 }  // namespace takt::cell

@@ -37,7 +37,7 @@ Isometry3d start_of_flange(const LoadedDevice& arm) {
 std::map<std::string, Isometry3d, std::less<>> tcps_of(const LoadedDevice& device) {
   std::map<std::string, Isometry3d, std::less<>> tcps = device.entry->tcps;
   if (const auto own = device.kind->tcp(*device.model))
-    tcps.try_emplace(std::string(command::MountedTool::kOwnTcp), *own);
+    tcps.try_emplace(std::string(expression::MountedTool::kOwnTcp), *own);
   return tcps;
 }
 
@@ -64,12 +64,13 @@ void CellFrames::want_devices(const Description& description, LoadedDevices devi
 
 void CellFrames::want_arm(const LoadedDevice& arm) {
   const std::string& name = arm.entry->name;
-  wanted_.push_back({arm.pointer(), command::flange_frame(name), "", on_flange(name, Isometry3d::Identity()),
+  wanted_.push_back({arm.pointer(), expression::flange_frame(name), "", on_flange(name, Isometry3d::Identity()),
                      fixed_in(name, start_of_flange(arm))});
   const auto description = arm.as<device::ArmDescription>();
   for (const std::string& link : description->links->names()) {
-    if (link == description->flange_link || command::link_frame(name, link) == command::flange_frame(name)) continue;
-    wanted_.push_back({arm.pointer(), command::link_frame(name, link), "", on_link(name, link),
+    if (link == description->flange_link || expression::link_frame(name, link) == expression::flange_frame(name))
+      continue;
+    wanted_.push_back({arm.pointer(), expression::link_frame(name, link), "", on_link(name, link),
                        fixed_in(name, description->links->find(link)->pose(start_of(arm)))});
   }
 }
@@ -86,7 +87,7 @@ void CellFrames::want_mounted(const LoadedDevice& device) {
     const std::string& arm = carrier->entry->name;
     const Isometry3d X_FM = pose_on_arm(device);
     wanted_.push_back(
-        {device.pointer(), name, "/on", on_flange(arm, X_FM), fixed_in(command::flange_frame(arm), X_FM)});
+        {device.pointer(), name, "/on", on_flange(arm, X_FM), fixed_in(expression::flange_frame(arm), X_FM)});
   } else {
     return;
   }
@@ -117,7 +118,7 @@ void CellFrames::want(std::string pointer, const std::string& name, const Placem
 }
 
 std::string CellFrames::standing_frame(const std::string& name) const {
-  return bases_.contains(name) ? command::flange_frame(name) : name;
+  return bases_.contains(name) ? expression::flange_frame(name) : name;
 }
 
 void CellFrames::place_all(Diagnostics& diagnostics) {

@@ -16,7 +16,7 @@
 namespace takt::cell {
 namespace {
 
-void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diagnostics) {
+void add_tool(const LoadedDevice& device, expression::Cell& cell, Diagnostics& diagnostics) {
   const auto tcps = tcps_of(device);
   const LoadedDevice* arm = carrying_arm(device);
   const std::string& wanted = device.entry->tcp;
@@ -29,7 +29,7 @@ void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diag
     return;
   }
   // On a tool side it hangs on an arm once that is coupled.
-  command::MountedTool tool{.arm = side ? std::string() : arm->entry->name, .tip = device.kind->tip(*device.model)};
+  expression::MountedTool tool{.arm = side ? std::string() : arm->entry->name, .tip = device.kind->tip(*device.model)};
   for (const auto& [name, X_MT] : tcps) tool.X_FT[name] = (side ? pose_on_side(device) : pose_on_arm(device)) * X_MT;
   if (side) {
     tool.side = side->entry->name;
@@ -47,7 +47,7 @@ void add_tool(const LoadedDevice& device, command::Cell& cell, Diagnostics& diag
   cell.tools[device.entry->name] = std::move(tool);
 }
 
-std::vector<std::string> tools_on(const command::Cell& cell, const std::string& arm) {
+std::vector<std::string> tools_on(const expression::Cell& cell, const std::string& arm) {
   std::vector<std::string> names;
   for (const auto& [name, tool] : cell.tools)
     if (tool.arm == arm) names.push_back(name);
@@ -55,7 +55,7 @@ std::vector<std::string> tools_on(const command::Cell& cell, const std::string& 
 }
 
 /// The tool that counts on an arm where a step names none; empty: the flange.
-std::string default_tool(const LoadedDevice& arm, const command::Cell& cell, Diagnostics& diagnostics) {
+std::string default_tool(const LoadedDevice& arm, const expression::Cell& cell, Diagnostics& diagnostics) {
   const std::string& wanted = arm.entry->tool;
   const auto tools = tools_on(cell, arm.entry->name);
   const std::string pointer = arm.pointer() + "/tool";
@@ -75,7 +75,7 @@ std::string default_tool(const LoadedDevice& arm, const command::Cell& cell, Dia
 }
 
 /// Tool sides that the file has on a changer. Two of the same size with one number could not be told apart.
-void couple_at_start(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnostics) {
+void couple_at_start(LoadedDevices devices, expression::Cell& cell, Diagnostics& diagnostics) {
   std::map<std::pair<std::string, int>, std::string> numbers;
   std::map<std::string, std::string> coupled;
   for (const auto& device : devices) {
@@ -90,7 +90,7 @@ void couple_at_start(LoadedDevices devices, command::Cell& cell, Diagnostics& di
     if (!device->on) continue;
     const auto [other, is_alone] = coupled.emplace(device->entry->on, name);
     if (is_alone) {
-      diagnostics.append(command::couple(cell, device->entry->on, name), device->pointer());
+      diagnostics.append(expression::couple(cell, device->entry->on, name), device->pointer());
     } else {
       diagnostics.error(Code::kConflict, device->pointer() + "/on",
                         fmt::format("'{}' hangs on '{}' already", other->second, device->entry->on),
@@ -101,7 +101,7 @@ void couple_at_start(LoadedDevices devices, command::Cell& cell, Diagnostics& di
 
 }  // namespace
 
-void add_tools(LoadedDevices devices, command::Cell& cell, Diagnostics& diagnostics) {
+void add_tools(LoadedDevices devices, expression::Cell& cell, Diagnostics& diagnostics) {
   for (const auto& device : devices) add_tool(*device, cell, diagnostics);
   couple_at_start(devices, cell, diagnostics);
   for (const auto& device : devices) {

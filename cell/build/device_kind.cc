@@ -6,7 +6,7 @@
 
 namespace takt::cell {
 
-void DeviceKind::declare(const DeviceEntry&, const device::ModelDescription*, command::Cell&) const {}
+void DeviceKind::declare(const DeviceEntry&, const device::ModelDescription*, expression::Cell&) const {}
 
 void DeviceKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const {
   if (!device.entry->start_rad.empty())

@@ -75,7 +75,7 @@ class DeviceKind {
   [[nodiscard]] virtual device::ToolTip tip(const device::ModelDescription&) const { return {}; }
   /// The names that a program may use, before anything is built.
   /// @param model  null where it cannot be read
-  virtual void declare(const DeviceEntry& entry, const device::ModelDescription* model, command::Cell& cell) const;
+  virtual void declare(const DeviceEntry& entry, const device::ModelDescription* model, expression::Cell& cell) const;
 
   // -- In the simulation ---------------------------------------------------------------------------------------------
   /// Checks what the scenario says of one device beyond its model: `settings`, `start_deg`. By default there is none.

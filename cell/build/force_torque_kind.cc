@@ -53,7 +53,7 @@ class ForceTorqueKind final : public DeviceKind {
     return MountPlace{sensor.measuring_link, sensor.X_MS.inverse() * sensor.X_MT, sensor.X_MT};
   }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     cell.sensors[entry.name];
   }
 

@@ -36,7 +36,7 @@ class GripperKind final : public DeviceKind {
     return dynamic_cast<const GripperDescription&>(model).X_MT;
   }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     cell.grippers[entry.name];
   }
 

@@ -108,7 +108,7 @@ class IoKind final : public DeviceKind {
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_io(folder); }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription* model, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription* model, expression::Cell& cell) const override {
     const auto* io = dynamic_cast<const IoDescription*>(model);
     if (!io) return;
     Diagnostics ignored;

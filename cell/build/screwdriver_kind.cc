@@ -10,9 +10,9 @@
 #include "cell/file/shape_file.h"
 #include "core/base/object_reader.h"
 #include "core/device/device_file.h"
+#include "core/device/screw_thread.h"
 #include "core/device/screwdriver.h"
 #include "core/device/signal.h"
-#include "core/device/thread.h"
 #include "sim/machines/screwdriver.h"
 #include "sim/model/from_model.h"
 
@@ -39,7 +39,7 @@ std::optional<double> bit_radius(const LoadedDevice& driver, Diagnostics& diagno
     diagnostics.append(threads.error());
     return std::nullopt;
   }
-  const device::Thread* thread = find_thread(*threads, size, reader.at("bit"), diagnostics);
+  const device::ScrewThread* thread = find_thread(*threads, size, reader.at("bit"), diagnostics);
   return thread ? std::optional(0.5 * kKeyPlay * thread->socket_width) : std::nullopt;
 }
 
@@ -67,7 +67,7 @@ class ScrewdriverKind final : public DeviceKind {
     return dynamic_cast<const ScrewdriverDescription&>(model).X_MT;
   }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     for (const char* name : kTurnOutputs) cell.digital_outputs[entry.name + "/" + name];
     for (const char* name : kSetOutputs) cell.analog_outputs[entry.name + "/" + name];
     for (const char* name : kStateInputs) cell.digital_inputs[entry.name + "/" + name];

@@ -177,7 +177,7 @@ std::string body_of(const std::string& frame, const LoadedCell& loaded) {
     if (device != devices.end())
       if (const auto side = (*device)->as<device::ToolSideDescription>())
         return (*device)->entry->name + "/" + side->coupling_link;
-    if (relation.kind == world::Relation::Kind::kLink) return command::link_frame(relation.source, relation.link);
+    if (relation.kind == world::Relation::Kind::kLink) return expression::link_frame(relation.source, relation.link);
     if (relation.kind != world::Relation::Kind::kFlange) continue;
     const auto carrier = std::ranges::find(devices, relation.source, [](const auto& one) { return one->entry->name; });
     return relation.source + "/" + (*carrier)->as<device::ArmDescription>()->flange_link;
@@ -189,7 +189,7 @@ std::string body_of(const std::string& frame, const LoadedCell& loaded) {
 std::string moving_frame(const std::string& body, const world::FrameGraph& frames) {
   if (frames.contains(body)) return body;
   const std::string owner = body.substr(0, body.find('/'));
-  return frames.contains(command::flange_frame(owner)) ? command::flange_frame(owner) : owner;
+  return frames.contains(expression::flange_frame(owner)) ? expression::flange_frame(owner) : owner;
 }
 
 /// What is placed in a frame rides on whatever the frame rides on: a flange, a base, an object that moves; else it

@@ -6,6 +6,7 @@
 
 #include "cell/build/shadowed_arm.h"
 #include "cell/build/shadowed_devices.h"
+#include "core/base/utf8.h"
 
 namespace takt::cell {
 namespace {
@@ -324,7 +325,7 @@ void SiteDevices::add_to(rcc::Digest& digest) const {
   }
 }
 
-std::string SiteDevices::waiting_for(const command::Cell& cell) const {
+std::string SiteDevices::waiting_for(const expression::Cell& cell) const {
   for (const auto& [name, slow] : arms_) {
     if (!cell.arms.at(name).device->ready()) return name;
   }
@@ -343,7 +344,15 @@ std::string SiteDevices::waiting_for(const command::Cell& cell) const {
   return {};
 }
 
-std::string SiteDevices::why_waiting(const std::string& device, const command::Cell& cell) const {
+std::string SiteDevices::why_waiting(const std::string& device, const expression::Cell& cell) const {
+  const auto driver = all_drivers_.find(device);
+  if (driver == all_drivers_.end()) return {};
+  if (const std::string refusal = driver->second->refusal(); !refusal.empty()) return escape_controls(refusal);
+  return escape_controls(fault_of(device, cell));
+}
+
+/// In the words of its driver.
+std::string SiteDevices::fault_of(const std::string& device, const expression::Cell& cell) const {
   if (drivers_.contains(device)) {
     const device::Arm& arm = *cell.arms.at(device).device;
     return arm.has_sample() ? arm.fault_text()
@@ -354,8 +363,7 @@ std::string SiteDevices::why_waiting(const std::string& device, const command::C
     return gripper.sample().sequence > 0 ? driver->second->fault_text(gripper.sample().fault)
                                          : "nothing has come from it; check its address, its cable and its settings";
   }
-  const auto io = io_drivers_.find(device);
-  return io == io_drivers_.end() ? std::string() : io->second->fault_text();
+  return io_drivers_.at(device)->fault_text();
 }
 
 std::string SiteDevices::kind_of(const std::string& device) const {
@@ -381,7 +389,7 @@ double SiteDevices::speed_override() const {
 std::vector<std::string> SiteDevices::news() {
   std::vector<std::string> news;
   for (const auto& [name, driver] : all_drivers_) {
-    for (const std::string& line : driver->news()) news.push_back(name + ": " + line);
+    for (const std::string& line : driver->news()) news.push_back(name + ": " + escape_controls(line));
   }
   return news;
 }

@@ -75,7 +75,7 @@ class SiteDevices {
     return sensors_;
   }
   /// A device that was wired and has no sample yet, or takes no set points; empty if all do.
-  [[nodiscard]] std::string waiting_for(const command::Cell& cell) const;
+  [[nodiscard]] std::string waiting_for(const expression::Cell& cell) const;
   /// As site file and command line say it.
   [[nodiscard]] std::string kind_of(const std::string& device) const;
 
@@ -92,7 +92,8 @@ class SiteDevices {
   /// Resets the driver of a device, if it has one: after a stop it may accept commands again. Any thread.
   void reset(const std::string& device);
   /// Why a device that waiting_for() names does not become ready; empty: it does not say.
-  [[nodiscard]] std::string why_waiting(const std::string& device, const command::Cell& cell) const;
+  /// Thread of news().
+  [[nodiscard]] std::string why_waiting(const std::string& device, const expression::Cell& cell) const;
   /// The device is reached over a real wire.
   [[nodiscard]] bool on_own_clock(const std::string& device) const {
     const Binding* binding = site_.find(device);
@@ -117,6 +118,7 @@ class SiteDevices {
 
   [[nodiscard]] WiredArm connect(const LoadedDevice& device, const Binding& binding,
                                  std::shared_ptr<device::ArmBackend> machine);
+  [[nodiscard]] std::string fault_of(const std::string& device, const expression::Cell& cell) const;
   [[nodiscard]] std::string refusal_of(const LoadedDevice& device, const Binding& binding) const;
   void check_driver(const LoadedDevice& device, const Binding& binding, Diagnostics& diagnostics) const;
   void plan_terminals(const LoadedDevice& block, const Binding& binding, LoadedDevices devices,

@@ -49,7 +49,7 @@ class ToolChangerKind final : public DeviceKind {
     return dynamic_cast<const ToolChangerDescription&>(model).X_MC;
   }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     cell.changers[entry.name];
     cell.digital_outputs[terminal_name(entry.name, terminal::kLock)];
     for (const char* name : kLockInputs) cell.digital_inputs[terminal_name(entry.name, name)];
@@ -130,7 +130,7 @@ class ToolSideKind final : public DeviceKind {
     return MountPlace{.link = side.tool_link, .X_LP = Eigen::Isometry3d::Identity(), .X_MP = side.X_ST};
   }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     cell.tool_sides[entry.name];
     cell.objects[entry.name];
   }

@@ -28,7 +28,7 @@ class VacuumCupKind final : public DeviceKind {
     return dynamic_cast<const VacuumCupDescription&>(model).X_MT;
   }
 
-  void declare(const DeviceEntry& entry, const device::ModelDescription*, command::Cell& cell) const override {
+  void declare(const DeviceEntry& entry, const device::ModelDescription*, expression::Cell& cell) const override {
     cell.digital_outputs[at_cup(entry.name, cup_terminal::kSuction)];
     cell.digital_inputs[at_cup(entry.name, cup_terminal::kHolding)];
     cell.analog_inputs[at_cup(entry.name, cup_terminal::kVacuum)];

@@ -273,21 +273,44 @@ CollisionsEntry read_collisions(const Json& json, const std::string& pointer, Di
   return collisions;
 }
 
-void read_expectations(ObjectReader& reader, Description& description) {
-  const Json* list = reader.array("expectations", false);
-  if (!list) return;
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    const std::string pointer = reader.at("expectations") + pointer_segment(i);
-    if (!(*list)[i].is_object()) {
-      reader.diagnostics().error(Code::kWrongType, pointer, "unexpected value " + short_dump((*list)[i]),
+/// Calls `read(entry, json, pointer)` for each object of a list whose entries have kinds: what `entry` finds is
+/// reported where the kind is known.
+template <class Read>
+void for_each_entry(ObjectReader& reader, std::string_view key, const Read& read) {
+  const Json* list = reader.array(key, false);
+  for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
+    const Json& json = (*list)[i];
+    const std::string pointer = reader.at(key) + pointer_segment(i);
+    if (!json.is_object()) {
+      reader.diagnostics().error(Code::kWrongType, pointer, "unexpected value " + short_dump(json),
                                  "Give an object {...}");
       continue;
     }
-    Diagnostics unread;  // the fields of each kind are read, and reported, where the kind is known
-    ObjectReader entry((*list)[i], pointer, unread);
-    const std::string kind = entry.text("kind", "");
-    description.expectations.push_back({entry.text("name", kind), kind, pointer, (*list)[i]});
+    Diagnostics unread;
+    ObjectReader entry(json, pointer, unread);
+    read(entry, json, pointer);
   }
+}
+
+void read_expectations(ObjectReader& reader, std::vector<ExpectationEntry>& expectations) {
+  for_each_entry(reader, "expectations", [&](ObjectReader& entry, const Json& json, const std::string& pointer) {
+    const std::string kind = entry.text("kind", "");
+    expectations.push_back({entry.text("name", kind), kind, pointer, json});
+  });
+}
+
+/// In the order of their times.
+void read_faults(ObjectReader& reader, std::vector<FaultEntry>& faults) {
+  for_each_entry(reader, "faults", [&](ObjectReader& entry, const Json& json, const std::string& pointer) {
+    const double seconds = std::clamp(entry.number("at_s", 0.0), 0.0, kLongestRun);
+    const std::string sensor = entry.text("sensor", "");
+    faults.push_back({.at = static_cast<Nanoseconds>(std::llround(1e9 * seconds)),
+                      .kind = entry.text("do", FaultEntry::kDefaultKind),
+                      .device = sensor.empty() ? entry.text("device", "") : sensor,
+                      .pointer = pointer,
+                      .json = json});
+  });
+  std::ranges::stable_sort(faults, {}, &FaultEntry::at);
 }
 
 /// "golden": how closely runs have to follow the golden, by topic and column.
@@ -375,7 +398,7 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   description.title = reader.text("title", "");
   (void)reader.text("description", "");
   description.seed = static_cast<std::uint64_t>(reader.integer("seed", 1, kNotNegative));
-  description.time_limit_s = reader.number("time_limit_s", 120.0, {.low = 0.0, .high = 3600, .low_open = true});
+  description.time_limit_s = reader.number("time_limit_s", 120.0, {.low = 0.0, .high = kLongestRun, .low_open = true});
   description.program_latency_cycles = reader.integer("program_latency_cycles", 2, {.low = 0, .high = 1000});
   description.plant_mass_scale = reader.number("plant_mass_scale", 1.0, {.low = 0.5, .high = 2.0});
   description.physics_step = read_physics_step(reader, diagnostics);
@@ -419,7 +442,7 @@ Description read_document(const Json& document, ReadFor purpose, Diagnostics& di
   if (const Json* script = reader.array("operator", false)) {
     description.operator_script = read_operator(*script, "/operator", diagnostics);
   }
-  read_expectations(reader, description);
+  read_expectations(reader, description.expectations);
   if (const Json* golden = reader.object("golden", false))
     description.tolerances = read_golden(*golden, "/golden", diagnostics);
   reader.finish();

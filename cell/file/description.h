@@ -10,7 +10,6 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "cell/file/fault_entry.h"
 #include "cell/file/net_files.h"
 #include "cell/file/operator.h"
 #include "cell/file/shape_file.h"
@@ -128,6 +127,19 @@ struct FilmEntry {
 /// One statement that must hold at the end; `kind` chooses the fields, which cell/judge/expectations.cc reads.
 struct ExpectationEntry {
   std::string name, kind, pointer;
+  nlohmann::ordered_json json;
+};
+
+inline constexpr double kLongestRun = 3600.0;  ///< s, of simulated time
+
+/// An entry of "faults": something that happens to the machines at one time, whatever the program does.
+struct FaultEntry {
+  static constexpr const char* kDefaultKind = "stop";
+
+  Nanoseconds at = 0;
+  std::string kind;
+  std::string device;  ///< whose readings or connection are wrong: keys "sensor" and "device"; else empty
+  std::string pointer;
   nlohmann::ordered_json json;
 };
 

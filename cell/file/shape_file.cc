@@ -181,8 +181,8 @@ std::optional<ScrewEntry> read_screw(ObjectReader& parent) {
   return screw;
 }
 
-const device::Thread* find_thread(const device::ThreadTable& threads, const std::string& size,
-                                  const std::string& pointer, Diagnostics& diagnostics) {
+const device::ScrewThread* find_thread(const device::ScrewThreadTable& threads, const std::string& size,
+                                       const std::string& pointer, Diagnostics& diagnostics) {
   const auto found = threads.find(size);
   if (found != threads.end()) return &found->second;
   std::vector<std::string> sizes;
@@ -192,8 +192,8 @@ const device::Thread* find_thread(const device::ThreadTable& threads, const std:
   return nullptr;
 }
 
-void set_threads(std::vector<Part>& parts, const std::vector<std::string>& pointers, const device::ThreadTable& threads,
-                 Diagnostics& diagnostics) {
+void set_threads(std::vector<Part>& parts, const std::vector<std::string>& pointers,
+                 const device::ScrewThreadTable& threads, Diagnostics& diagnostics) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     for (std::size_t k = 0; k < parts[i].bores.size(); ++k) {
       world::Bore& bore = parts[i].bores[k];
@@ -202,7 +202,7 @@ void set_threads(std::vector<Part>& parts, const std::vector<std::string>& point
       const std::string size = clearance ? bore.thread.substr(std::string_view(kClearance).size()) : bore.thread;
       const std::string pointer =
           pointers[i] + "/bores" + pointer_segment(k) + (clearance ? "/clearance_for" : "/thread");
-      const device::Thread* thread = find_thread(threads, size, pointer, diagnostics);
+      const device::ScrewThread* thread = find_thread(threads, size, pointer, diagnostics);
       if (clearance) bore.thread.clear();
       if (!thread) continue;
       bore.radius = 0.5 * (clearance ? thread->clearance : thread->minor);
@@ -211,7 +211,7 @@ void set_threads(std::vector<Part>& parts, const std::vector<std::string>& point
   }
 }
 
-ScrewShapes shapes_of(const ScrewEntry& screw, const device::Thread& thread) {
+ScrewShapes shapes_of(const ScrewEntry& screw, const device::ScrewThread& thread) {
   constexpr double kPlay = 1.02;  // of the socket: a key has to go in
   world::Bore socket;
   socket.radius = 0.5 * kPlay * thread.socket_width;

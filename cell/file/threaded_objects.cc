@@ -5,7 +5,7 @@ namespace {
 
 std::string pointer_of(const ObjectEntry& object) { return "/objects" + pointer_segment(object.name); }
 
-void complete_screw(ObjectEntry& object, const device::Thread& thread) {
+void complete_screw(ObjectEntry& object, const device::ScrewThread& thread) {
   ScrewShapes shapes = shapes_of(*object.screw, thread);
   object.screw->figures = thread;
   object.parts = std::move(shapes.parts);
@@ -21,12 +21,12 @@ Description with_threads(const Description& description, const device::ModelLibr
   Description made = description;
   const auto threads = device::read_threads(models);
   if (!threads) diagnostics.append(threads.error());
-  const device::ThreadTable sizes = threads.value_or(device::ThreadTable{});
+  const device::ScrewThreadTable sizes = threads.value_or(device::ScrewThreadTable{});
   for (ObjectEntry& object : made.objects) {
     set_threads(object.parts, object.part_pointers, sizes, diagnostics);
     if (!object.screw) continue;
     const std::string pointer = pointer_of(object) + "/screw/thread";
-    if (const device::Thread* thread = find_thread(sizes, object.screw->thread, pointer, diagnostics))
+    if (const device::ScrewThread* thread = find_thread(sizes, object.screw->thread, pointer, diagnostics))
       complete_screw(object, *thread);
   }
   return made;
@@ -34,7 +34,7 @@ Description with_threads(const Description& description, const device::ModelLibr
 
 std::optional<sim::ScrewDescription> simulated_screw(const ObjectEntry& entry) {
   if (!entry.screw || !entry.screw->figures || entry.fixed) return std::nullopt;
-  const device::Thread& thread = *entry.screw->figures;
+  const device::ScrewThread& thread = *entry.screw->figures;
   sim::ScrewDescription screw;
   screw.thread = {entry.screw->thread,   thread.pitch,    thread.major,
                   thread.pitch_diameter, thread.run_down, thread.friction};

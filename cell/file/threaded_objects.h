@@ -1,7 +1,7 @@
 #pragma once
 
 #include "cell/file/description.h"
-#include "core/device/thread.h"
+#include "core/device/screw_thread.h"
 #include "sim/model/world_description.h"
 
 namespace takt::cell {

@@ -1,4 +1,3 @@
-#include "cell/judge/device_expectations.h"
 
 #include <algorithm>
 #include <limits>
@@ -7,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "cell/judge/expectation_kinds.h"
 #include "cell/judge/signal_reader.h"
 
 namespace takt::cell {
@@ -14,12 +14,8 @@ namespace {
 
 class GripperExpectation final : public Expectation {
  public:
-  GripperExpectation(ObjectReader& reader, const BuiltCell& built) {
-    std::vector<std::string> names;
-    for (const auto& [name, gripper] : built.cell.grippers) names.push_back(name);
-    gripper_ = reader.choice("gripper", names, names.size() == 1 ? std::optional(names.front()) : std::nullopt);
-    wanted_ = reader.choice("is", {"idle", "moving", "holding", "lost"});
-  }
+  explicit GripperExpectation(ExpectationReader& from)
+      : gripper_(from.name("gripper", keys_of(from.built.cell.grippers))), wanted_(from.choice("is")) {}
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     const device::Gripper& gripper = *outcome.built.cell.grippers.find(gripper_)->second.device;
@@ -40,17 +36,17 @@ class GripperExpectation final : public Expectation {
 
 class SignalExpectation final : public Expectation {
  public:
-  SignalExpectation(ObjectReader& reader, const BuiltCell& built) {
-    const auto signals = signals_of(built.cell);
+  explicit SignalExpectation(ExpectationReader& reader) {
+    const auto signals = signals_of(reader.built.cell);
     std::vector<std::string> names;
     for (const NamedSignal& signal : signals) names.push_back(signal.name);
-    signal_ = reader.choice("signal", names);
+    signal_ = reader.name("signal", names);
     const auto found = std::ranges::find(signals, signal_, &NamedSignal::name);
     digital_ = found == signals.end() || found->digital;
     if (found != signals.end()) read_ = found->read;
     if (digital_) {
       if (reader.has("is")) level_ = reader.boolean("is");
-      if (reader.has("rises")) rises_ = reader.integer("rises", {}, kNotNegative);
+      if (reader.has("rises")) rises_ = reader.integer("rises");
       if (!level_ && !rises_)
         reader.diagnostics().error(Code::kMissing, reader.pointer(), "nothing is expected",
                                    "Give 'is', 'rises' or both");
@@ -110,11 +106,11 @@ class SignalExpectation final : public Expectation {
 /// How a screw is in its thread, and by how many turns.
 class ScrewExpectation final : public Expectation {
  public:
-  ScrewExpectation(ObjectReader& reader, const BuiltCell& built) {
-    const auto names = built.world->threads().screw_names();
-    screw_ = reader.choice("screw", names);
+  explicit ScrewExpectation(ExpectationReader& reader) {
+    const auto names = reader.built.world->threads().screw_names();
+    screw_ = reader.name("screw", names);
     index_ = static_cast<std::size_t>(std::ranges::find(names, screw_) - names.begin());
-    wanted_ = reader.choice("is", {"free", "caught", "crossed", "seated"});
+    wanted_ = reader.choice("is");
     fewest_ = reader.number("turns_at_least", fewest_);
     most_ = reader.number("turns_at_most", most_);
   }
@@ -139,16 +135,33 @@ class ScrewExpectation final : public Expectation {
 
 }  // namespace
 
-std::unique_ptr<Expectation> screw_expectation(ObjectReader& reader, const BuiltCell& built) {
-  return std::make_unique<ScrewExpectation>(reader, built);
+ExpectationKind screw_expectation() {
+  const Key turns = number_key("turns_at_least", "", kAnyNumber, "Turns to the right since it was caught.").optional();
+  Key most = turns;
+  most.name = "turns_at_most";
+  return expectation_kind<ScrewExpectation>(
+      "screw", {"How a screw is in its thread, and by how many turns.",
+                {text_key("screw", "Name of the object."),
+                 choice_key("is", {"free", "caught", "crossed", "seated"},
+                            "In no thread, in one, in one at an angle, with its head at rest."),
+                 turns, most}});
 }
 
-std::unique_ptr<Expectation> gripper_expectation(ObjectReader& reader, const BuiltCell& built) {
-  return std::make_unique<GripperExpectation>(reader, built);
+ExpectationKind gripper_expectation() {
+  return expectation_kind<GripperExpectation>(
+      "gripper", {"State of a gripper at the end.",
+                  {text_key("gripper", "Which gripper.").optional("the only one"),
+                   choice_key("is", {"idle", "moving", "holding", "lost"}, "State at the end.")}});
 }
 
-std::unique_ptr<Expectation> signal_expectation(ObjectReader& reader, const BuiltCell& built) {
-  return std::make_unique<SignalExpectation>(reader, built);
+ExpectationKind signal_expectation() {
+  return expectation_kind<SignalExpectation>(
+      "signal",
+      {"Value of an input or output at the end, and how often it became true.",
+       {text_key("signal", "Name of the input or output."), boolean_key("is", "Digital: level at the end.").optional(),
+        integer_key("rises", kNotNegative, "Digital: how often it became true.").optional(),
+        number_key("at_least", "", kAnyNumber, "Analog: lower bound at the end, in its unit.").optional(),
+        number_key("at_most", "", kAnyNumber, "Analog: upper bound at the end, in its unit.").optional()}});
 }
 
 }  // namespace takt::cell

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -7,8 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "cell/judge/part_expectations.h"
-#include "cell/judge/step_window.h"
+#include "cell/judge/expectation_kinds.h"
 #include "record/curves.h"
 
 namespace takt::cell {
@@ -30,15 +30,24 @@ struct EventPattern {
   }
 };
 
-EventPattern read_pattern(ObjectReader& reader, const StepNames& steps) {
-  EventPattern pattern{.source = reader.text("source", ""),
-                       .name = reader.text("event", ""),
-                       .text = reader.text("text", ""),
-                       .during = read_during(reader, steps)};
-  if (pattern.source.empty() && pattern.name.empty() && pattern.text.empty())
-    reader.diagnostics().error(Code::kMissing, reader.pointer(), "no event is named",
-                               "Give \"source\", \"event\" or \"text\": what 'takt events' prints");
-  return pattern;
+/// Its rows.
+Form pattern_form(std::string doc) {
+  return {std::move(doc),
+          {text_key("source", "Who tells it: \"program\", \"contact\", \"operator\", \"fault\", a device.")
+               .optional("anybody"),
+           text_key("event",
+                    "What: \"begin\", \"end\", \"failed\", \"retry\", \"log\", \"touch\", \"contact\", "
+                    "\"parted\" ... as 'takt events' prints it.")
+               .optional("anything"),
+           text_key("text", "A part of its text.").optional("any text"), during_key()},
+          {"source", "event", "text"}};
+}
+
+EventPattern read_pattern(FormReader& reader, const StepNames& steps) {
+  return {.source = reader.text("source"),
+          .name = reader.text("event"),
+          .text = reader.text("text"),
+          .during = read_during(reader, steps)};
 }
 
 constexpr Range kTime = TimeSpan::kAllowed;
@@ -46,17 +55,14 @@ constexpr Range kTime = TimeSpan::kAllowed;
 /// What did not happen says something only of a window that was there: its step ran, and for as long.
 class EventExpectation final : public Expectation {
  public:
-  EventExpectation(ObjectReader& reader, const StepNames& steps)
-      : pattern_(read_pattern(reader, steps)),
+  explicit EventExpectation(ExpectationReader& reader)
+      : pattern_(read_pattern(reader, reader.steps)),
         during_(pattern_.during),
         clock_(pattern_.during),
         span_(read_span(reader)) {
-    if (reader.has("times")) least_ = most_ = reader.integer("times", {}, kNotNegative);
-    least_ = reader.integer("at_least", least_, kNotNegative);
-    most_ = reader.integer("at_most", most_, kNotNegative);
-    if (reader.has("times") && (reader.has("at_least") || reader.has("at_most")))
-      reader.diagnostics().error(Code::kConflict, reader.at("times"), "'times' beside 'at_least' or 'at_most'",
-                                 "Remove one of them");
+    if (reader.has("times")) least_ = most_ = reader.integer("times");
+    least_ = reader.integer("at_least", least_);
+    most_ = reader.integer("at_most", most_);
     if (!reader.has("at_least") && reader.has("at_most")) least_ = 0;
     if (least_ > most_)
       reader.diagnostics().error(Code::kConflict, reader.at("at_least"),
@@ -112,12 +118,14 @@ struct OrderedEvent {
 /// Whatever happens between them does not matter. Each is the first that fits after the one before it.
 class OrderExpectation final : public Expectation {
  public:
-  OrderExpectation(ObjectReader& reader, const StepNames& steps) {
-    const nlohmann::ordered_json* list = reader.array("events");
+  explicit OrderExpectation(ExpectationReader& reader) {
+    const nlohmann::ordered_json* list = reader.object().array("events");
     for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
-      ObjectReader one((*list)[i], reader.at("events") + pointer_segment(i), reader.diagnostics());
-      events_.push_back({read_pattern(one, steps), one.number("within_s", kTime.high, kTime)});
-      one.finish();
+      ObjectReader object((*list)[i], reader.at("events") + pointer_segment(i), reader.diagnostics());
+      FormReader one(*reader.row("events").elements, object);
+      events_.push_back({read_pattern(one, reader.steps), one.number("within_s", kTime.high)});
+      one.check_rules();
+      object.finish();
     }
     if (list != nullptr && events_.size() < 2)
       reader.diagnostics().error(Code::kWrongSize, reader.at("events"), fmt::format("{} events", events_.size()),
@@ -164,9 +172,9 @@ std::vector<std::string> names_that_touch(const BuiltCell& built) {
 
 class ContactsExpectation final : public Expectation {
  public:
-  ContactsExpectation(ObjectReader& reader, const BuiltCell& built) {
-    const std::vector<std::string> names = names_that_touch(built);
-    const nlohmann::ordered_json* list = reader.array("only");
+  explicit ContactsExpectation(ExpectationReader& reader) {
+    const std::vector<std::string> names = names_that_touch(reader.built);
+    const nlohmann::ordered_json* list = reader.object().array("only");
     for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
       const std::string number = std::to_string(i), pointer = reader.at("only") + pointer_segment(i);
       const auto one = nlohmann::ordered_json::object({{number, (*list)[i]}});
@@ -213,14 +221,38 @@ class ContactsExpectation final : public Expectation {
 
 }  // namespace
 
-std::unique_ptr<Expectation> event_expectation(ObjectReader& reader, const StepNames& steps) {
-  return std::make_unique<EventExpectation>(reader, steps);
+ExpectationKind event_expectation() {
+  Form form = pattern_form(
+      "Something that the log tells happens so often, in this time (docs/recording.md#the-log). A step that does not "
+      "run, "
+      "or a time that the run does not reach, does not hold.");
+  form.keys.push_back(
+      integer_key("times", kNotNegative, "Exactly so often; instead of 'at_least' and 'at_most'.").optional());
+  form.keys.push_back(integer_key("at_least", kNotNegative, "So often or more.").optional("1, with only 'at_most' 0"));
+  form.keys.push_back(integer_key("at_most", kNotNegative, "So often or less.").optional("any number"));
+  std::ranges::copy(span_keys("Events"), std::back_inserter(form.keys));
+  form.exclusive = {{"times", "at_least"}, {"times", "at_most"}};
+  return expectation_kind<EventExpectation>("event", std::move(form));
 }
-std::unique_ptr<Expectation> order_expectation(ObjectReader& reader, const StepNames& steps) {
-  return std::make_unique<OrderExpectation>(reader, steps);
+
+ExpectationKind order_expectation() {
+  Form event = pattern_form("");
+  event.keys.push_back(
+      number_key("within_s", "s", kTime, "At most so long after the one before it.").optional("any time"));
+  return expectation_kind<OrderExpectation>(
+      "order", {"Things that the log tells happen one after the other; others may come between them.",
+                {objects_key("events", 2, std::move(event),
+                             "What comes first, and so on; each is the first that fits after the one before it.")}});
 }
-std::unique_ptr<Expectation> contacts_expectation(ObjectReader& reader, const BuiltCell& built) {
-  return std::make_unique<ContactsExpectation>(reader, built);
+
+ExpectationKind contacts_expectation() {
+  return expectation_kind<ContactsExpectation>(
+      "contacts",
+      {"Nothing begins to touch but these pairs, whoever it is: devices, objects, the floor; a touch is 0.1 N or more. "
+       "What stands on something when the run begins counts once it has parted from it.",
+       {pairs_key("only",
+                  "Pairs of devices (all their bodies), objects or \"floor\", with * for any letters; an empty list: "
+                  "nothing touches at all.")}});
 }
 
 }  // namespace takt::cell

@@ -1,21 +1,17 @@
 #pragma once
 
 #include <memory>
-#include <string_view>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "cell/file/description.h"
-#include "cell/judge/expectation.h"
-#include "cell/judge/step_window.h"
+#include "cell/judge/expectation_kind.h"
 
 namespace takt::cell {
 
-/// A kind of expectation: the word in "kind", and its keys.
-struct ExpectationKind {
-  std::string_view name;
-  std::string_view doc;
-};
-[[nodiscard]] const std::vector<ExpectationKind>& expectation_kinds();
+/// The schema of an expectation, for schemas/make_schema.py.
+[[nodiscard]] nlohmann::ordered_json expectation_schema();
 
 /// Makes the expectations of a scenario. All diagnostics at once: unknown kinds, keys, names. Contacts that they look
 /// at are watched in the simulated world from then on. Realtime: setup.

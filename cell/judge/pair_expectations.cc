@@ -1,33 +1,32 @@
-#include "cell/judge/pair_expectations.h"
-#include "cell/file/degrees.h"
-#include "cell/judge/true_poses.h"
-
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "cell/file/degrees.h"
+#include "cell/judge/expectation_kinds.h"
+#include "cell/judge/true_poses.h"
 
 namespace takt::cell {
 namespace {
 
 class RelativePoseExpectation final : public Expectation {
  public:
-  RelativePoseExpectation(ObjectReader& reader, const BuiltCell& built,
-                          const std::optional<std::vector<std::string>>& steps)
+  explicit RelativePoseExpectation(ExpectationReader& reader)
       : arms_(reader.texts("arms")),
-        from_(steps ? reader.choice("from", *steps) : reader.text("from")),
-        to_(steps ? reader.choice("to", *steps) : reader.text("to")),
-        within_m_(reader.number("position_within_m", {}, kPositive)),
-        within_rad_(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {
-    std::vector<std::string> known;
-    for (const auto& [name, arm] : built.cell.arms) known.push_back(name);
+        from_(reader.step("from")),
+        to_(reader.step("to")),
+        within_m_(reader.number("position_within_m")),
+        within_rad_(kDegree * reader.number("angle_within_deg")) {
+    const auto known = keys_of(reader.built.cell.arms);
     if (arms_.size() != 2 || arms_[0] == arms_[1]) {
       reader.diagnostics().error(Code::kWrongSize, reader.at("arms"), "not the names of two arms",
                                  fmt::format("Name two of {}", fmt::join(known, ", ")));
       return;
     }
     for (std::size_t i = 0; i < arms_.size(); ++i) {
-      if (built.cell.arms.contains(arms_[i])) continue;
+      if (reader.built.cell.arms.contains(arms_[i])) continue;
       reader.diagnostics().error(Code::kUnknownName, reader.at("arms") + pointer_segment(i),
                                  fmt::format("there is no arm '{}'", arms_[i]), nearest_choice(arms_[i], known));
     }
@@ -80,9 +79,14 @@ class RelativePoseExpectation final : public Expectation {
 
 }  // namespace
 
-std::unique_ptr<Expectation> relative_pose_expectation(ObjectReader& reader, const BuiltCell& built,
-                                                       const std::optional<std::vector<std::string>>& steps) {
-  return std::make_unique<RelativePoseExpectation>(reader, built, steps);
+ExpectationKind relative_pose_expectation() {
+  return expectation_kind<RelativePoseExpectation>(
+      "relative_pose",
+      {"The true pose of the second arm's tool relative to the first arm's tool stays this close to what it was, "
+       "between the starts of two steps.",
+       {pair_key("arms", "The two arms."), text_key("from", "Step at whose start it begins to count, each time."),
+        text_key("to", "Step at whose start it stops counting; it has to begin after each 'from'."), within_m_key(),
+        within_deg_key()}});
 }
 
 }  // namespace takt::cell

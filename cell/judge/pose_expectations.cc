@@ -1,5 +1,3 @@
-#include "cell/judge/pose_expectations.h"
-
 #include <functional>
 #include <optional>
 #include <utility>
@@ -7,20 +5,13 @@
 #include <fmt/format.h>
 
 #include "cell/file/degrees.h"
-#include "cell/judge/step_window.h"
+#include "cell/judge/expectation_kinds.h"
 #include "cell/judge/true_poses.h"
 
 namespace takt::cell {
 namespace {
 
 using Eigen::Isometry3d;
-
-template <class Map>
-std::vector<std::string> names_in(const Map& map) {
-  std::vector<std::string> names;
-  for (const auto& [name, value] : map) names.push_back(name);
-  return names;
-}
 
 /// How far a pose is from another one.
 struct PoseMiss {
@@ -34,9 +25,8 @@ PoseMiss miss_of(const Isometry3d& measured, const Isometry3d& wanted) {
 
 /// How near a pose has to be: keys "position_within_m", "angle_within_deg".
 struct PoseTolerance {
-  explicit PoseTolerance(ObjectReader& reader)
-      : within_m(reader.number("position_within_m", {}, kPositive)),
-        within_rad(kDegree * reader.number("angle_within_deg", 180.0, kPositive)) {}
+  explicit PoseTolerance(FormReader& from)
+      : within_m(from.number("position_within_m")), within_rad(kDegree * from.number("angle_within_deg")) {}
 
   [[nodiscard]] ExpectationResult judge(const std::string& what, const PoseMiss& miss) const {
     ExpectationResult result;
@@ -54,10 +44,10 @@ struct PoseTolerance {
 
 class EstimateExpectation final : public Expectation {
  public:
-  EstimateExpectation(ObjectReader& reader, const BuiltCell& built)
-      : estimate_(reader.text("estimate")),
-        object_(reader.choice("of", names_in(built.cell.objects))),
-        tolerance_(reader) {}
+  explicit EstimateExpectation(ExpectationReader& from)
+      : estimate_(from.text("estimate")),
+        object_(from.name("of", keys_of(from.built.cell.objects))),
+        tolerance_(from) {}
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     const auto found = outcome.variables.estimates.find(estimate_);
@@ -75,8 +65,8 @@ class EstimateExpectation final : public Expectation {
 /// What the program believes of a frame or an object against where it truly is.
 class BeliefExpectation final : public Expectation {
  public:
-  BeliefExpectation(ObjectReader& reader, const BuiltCell& built)
-      : frame_(reader.choice("frame", built.cell.frames.names())), tolerance_(reader) {}
+  explicit BeliefExpectation(ExpectationReader& from)
+      : frame_(from.name("frame", from.built.cell.frames.names())), tolerance_(from) {}
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
     const auto believed = outcome.built.cell.frames.pose(frame_);
@@ -95,15 +85,14 @@ class TruePoseExpectation final : public Expectation {
  public:
   using Truth = std::function<Isometry3d(const BuiltCell&)>;
 
-  TruePoseExpectation(std::string what, Truth truth, ObjectReader& reader, const BuiltCell& built,
-                      const StepNames& steps)
+  TruePoseExpectation(std::string what, Truth truth, ExpectationReader& reader)
       : what_(std::move(what)),
         truth_(std::move(truth)),
-        in_(reader.text("in", "world")),
-        X_(reader.pose()),
+        in_(reader.text("in")),
+        X_(reader.object().pose()),
         tolerance_(reader),
-        during_(read_during(reader, steps)) {
-    if (const auto X_WI = built.cell.frames.pose(in_); !X_WI)
+        during_(reader.during()) {
+    if (const auto X_WI = reader.built.cell.frames.pose(in_); !X_WI)
       reader.diagnostics().append(X_WI.error(), reader.at("in"));
   }
 
@@ -144,34 +133,63 @@ class TruePoseExpectation final : public Expectation {
   PoseMiss worst_;                   ///< while it ran
 };
 
+/// The pose that is expected, and how nearly.
+Form pose_form(std::string doc, Key whose) {
+  return {std::move(doc),
+          {std::move(whose),
+           text_key("in",
+                    "Frame of the pose, where it truly is: a frame, a device, an object, ARM/flange, TOOL/TCP, "
+                    "OBJECT/GRASP or world.")
+               .by_default("world"),
+           any_key("position_m", "position_m", "").optional(), any_key("rpy_deg", "rpy_deg", "").optional(),
+           any_key("quaternion", "quaternion", "").optional(), within_m_key(), within_deg_key(),
+           during_key()
+               .with_doc("In each cycle in which this step or any other node of the program runs; NAME (2) is its "
+                         "second round, OUTER / INNER a node in another one.")
+               .optional("at the end")},
+          {},
+          {},
+          {"one_orientation"}};
+}
+
 }  // namespace
 
-std::string read_arm_name(ObjectReader& reader, const BuiltCell& built) {
-  const auto arms = names_in(built.cell.arms);
-  return reader.choice("arm", arms, arms.size() == 1 ? std::optional(arms.front()) : std::nullopt);
+ExpectationKind estimate_expectation() {
+  return expectation_kind<EstimateExpectation>(
+      "estimate", {"A pose found by fit_pose is this close to the true pose of an object.",
+                   {text_key("estimate", "Name that a fit_pose step gave ('as')."),
+                    text_key("of", "Object whose true pose it is compared with."), within_m_key(), within_deg_key()}});
 }
 
-std::unique_ptr<Expectation> estimate_expectation(ObjectReader& reader, const BuiltCell& built) {
-  return std::make_unique<EstimateExpectation>(reader, built);
+ExpectationKind belief_expectation() {
+  return expectation_kind<BeliefExpectation>(
+      "belief", {"A frame or object is at the end where the program believes it to be.",
+                 {text_key("frame", "Frame or object."), within_m_key(), within_deg_key()}});
 }
 
-std::unique_ptr<Expectation> belief_expectation(ObjectReader& reader, const BuiltCell& built) {
-  return std::make_unique<BeliefExpectation>(reader, built);
+ExpectationKind object_pose_expectation() {
+  return {"object_pose",
+          pose_form("The true pose of an object is this close to a pose, at the end or in each cycle of a step.",
+                    text_key("object", "Which object.")),
+          [](ExpectationReader& from) {
+            const std::string object = from.name("object", keys_of(from.built.cell.objects));
+            const auto truth = [object](const BuiltCell& now) { return true_pose(now, object); };
+            return std::make_unique<TruePoseExpectation>(object, truth, from);
+          }};
 }
 
-std::unique_ptr<Expectation> object_pose_expectation(ObjectReader& reader, const BuiltCell& built,
-                                                     const StepNames& steps) {
-  const std::string object = reader.choice("object", names_in(built.cell.objects));
-  const auto truth = [object](const BuiltCell& now) { return true_pose(now, object); };
-  return std::make_unique<TruePoseExpectation>(object, truth, reader, built, steps);
-}
-
-std::unique_ptr<Expectation> tool_pose_expectation(ObjectReader& reader, const BuiltCell& built,
-                                                   const StepNames& steps) {
-  const std::string arm = read_arm_name(reader, built);
-  // Not where its own measurements say.
-  const auto truth = [arm](const BuiltCell& now) { return true_tool(now, arm); };
-  return std::make_unique<TruePoseExpectation>(arm, truth, reader, built, steps);
+ExpectationKind tool_pose_expectation() {
+  return {
+      "tool_pose",
+      pose_form("The true pose of an arm's tool, or of a base, is this close to a pose, at the end or in each cycle "
+                "of a step.",
+                arm_key()),
+      [](ExpectationReader& from) {
+        const std::string arm = from.arm();
+        // Not where its own measurements say.
+        const auto truth = [arm](const BuiltCell& now) { return true_tool(now, arm); };
+        return std::make_unique<TruePoseExpectation>(arm, truth, from);
+      }};
 }
 
 }  // namespace takt::cell

@@ -22,7 +22,7 @@ void add_outputs(const Outputs& outputs, bool digital, std::vector<NamedSignal>&
 
 }  // namespace
 
-std::vector<NamedSignal> signals_of(const command::Cell& cell) {
+std::vector<NamedSignal> signals_of(const expression::Cell& cell) {
   std::vector<NamedSignal> signals;
   add_inputs(cell.digital_inputs, true, signals);
   add_outputs(cell.digital_outputs, true, signals);

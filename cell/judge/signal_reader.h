@@ -23,6 +23,6 @@ struct NamedSignal {
 
 /// All signals of a cell: digital inputs, digital outputs, analog inputs, analog outputs, each by name.
 /// Realtime: setup.
-[[nodiscard]] std::vector<NamedSignal> signals_of(const command::Cell& cell);
+[[nodiscard]] std::vector<NamedSignal> signals_of(const expression::Cell& cell);
 
 }  // namespace takt::cell

@@ -24,7 +24,15 @@ DeviceTiming timing_of(const std::string& name, const BuiltCell& built, const de
   timing.sample_age_most = age;
   timing.drives = true;
   const auto slow = built.site->slow_arms().find(name);
-  if (slow == built.site->slow_arms().end()) return timing;
+  if (slow == built.site->slow_arms().end()) {
+    const auto driver = built.site->arm_drivers().find(name);
+    if (driver == built.site->arm_drivers().end()) return timing;
+    const device::ConnectionCounts connection = driver->second->connection();
+    add_counts(connection.samples, timing);
+    timing.drift_ppm = drift_ppm(connection.drift);
+    timing.dry = connection.dry;
+    return timing;
+  }
   const emulation::SlowArmReport report = slow->second->report();
   add_counts(report.agent.samples, timing);
   timing.drift_ppm = drift_ppm(report.agent.drift);

@@ -78,10 +78,19 @@ void StepClock::hear(const LogEntry& entry) {
   begin_ = entry.time;
 }
 
-TimeSpan read_span(ObjectReader& reader) {
+std::vector<Key> span_keys(const std::string& what) {
+  return {number_key("from_s", "", TimeSpan::kAllowed,
+                     what + " before this time do not count, s: simulated time, or with 'during' time since the step "
+                            "began, each time that it does.")
+              .by_default(0.0),
+          number_key("to_s", "", TimeSpan::kAllowed,
+                     what + " after this time do not count, s; as 'from_s', and not before it.")
+              .optional("the end")};
+}
+
+TimeSpan read_span(FormReader& reader) {
   const TimeSpan whole;
-  const TimeSpan span{reader.number("from_s", whole.from, TimeSpan::kAllowed),
-                      reader.number("to_s", whole.to, TimeSpan::kAllowed)};
+  const TimeSpan span{reader.number("from_s"), reader.number("to_s", whole.to)};
   if (span.from > span.to)
     reader.diagnostics().error(Code::kConflict, reader.at("from_s"),
                                fmt::format("the window begins at {:g} s, after its end at {:g} s", span.from, span.to),
@@ -89,8 +98,16 @@ TimeSpan read_span(ObjectReader& reader) {
   return span;
 }
 
-std::string read_during(ObjectReader& reader, const StepNames& steps) {
-  std::string name = reader.text("during", "");
+Key during_key() {
+  return text_key("during",
+                  "While this step or any other node of the program runs, each time that it does; NAME (2) is its "
+                  "second round, OUTER / INNER a node in another one.",
+                  1)
+      .optional("in the whole run");
+}
+
+std::string read_during(FormReader& reader, const StepNames& steps) {
+  std::string name = reader.text("during");
   if (reader.has("during") && name.empty())
     reader.diagnostics().error(Code::kMissing, reader.at("during"), "an empty name", "Give the name of a step");
   if (!steps) return name;

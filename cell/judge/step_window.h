@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cell/judge/run_log.h"
-#include "core/base/object_reader.h"
+#include "core/base/form.h"
 
 namespace takt::cell {
 
@@ -55,7 +55,9 @@ struct TimeSpan {
 
   [[nodiscard]] bool contains(double time) const { return time >= from && time <= to; }
 };
-[[nodiscard]] TimeSpan read_span(ObjectReader& reader);
+[[nodiscard]] TimeSpan read_span(FormReader& reader);
+/// Their rows. @param what  does not count outside of them: "Events"
+[[nodiscard]] std::vector<Key> span_keys(const std::string& what);
 
 /// True if a path of steps ("sort / for_each (2) / grip") goes through a node of this name. A name may be that of one
 /// round ("for_each (2)") and may have the nodes around it before it ("sort / grip"), not all of them.
@@ -72,6 +74,8 @@ struct TimeSpan {
 [[nodiscard]] std::vector<std::string_view> unknown_parts(std::string_view name, std::span<const std::string> steps);
 
 /// The key "during": what goes_through() takes as a name; a diagnostic for each node that does not exist.
-[[nodiscard]] std::string read_during(ObjectReader& reader, const StepNames& steps);
+[[nodiscard]] std::string read_during(FormReader& reader, const StepNames& steps);
+/// Its row.
+[[nodiscard]] Key during_key();
 
 }  // namespace takt::cell

@@ -30,14 +30,15 @@ std::optional<Isometry3d> true_frame(const BuiltCell& built, const std::string& 
     const world::Relation& relation = *frames.relation(name);
     X = relation.X_PF * X;
     if (relation.kind == Kind::kFlange) return true_flange(built, relation.source) * X;
-    if (relation.kind == Kind::kLink) return true_pose(built, command::link_frame(relation.source, relation.link)) * X;
+    if (relation.kind == Kind::kLink)
+      return true_pose(built, expression::link_frame(relation.source, relation.link)) * X;
     if (relation.kind == Kind::kChannel || relation.kind == Kind::kUnknown) return std::nullopt;
   }
   return X;
 }
 
 Isometry3d true_tool(const BuiltCell& built, const std::string& arm) {
-  return true_flange(built, arm) * command::default_tcp(built.cell, arm);
+  return true_flange(built, arm) * expression::default_tcp(built.cell, arm);
 }
 
 }  // namespace takt::cell

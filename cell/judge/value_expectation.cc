@@ -1,23 +1,23 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "cell/judge/part_expectations.h"
-#include "cell/judge/step_window.h"
+#include "cell/judge/expectation_kinds.h"
 #include "core/expression/contact_reader.h"
 #include "core/program/language/value_template.h"
 
 namespace takt::cell {
 namespace {
 
-using activity::EvalContext;
-using activity::Type;
-using activity::Value;
-using activity::ValueTemplate;
+using program::EvalContext;
+using program::Type;
+using program::Value;
+using program::ValueTemplate;
 
 constexpr double kEverything = std::numeric_limits<double>::infinity();
 
@@ -34,7 +34,7 @@ struct Band {
   }
 };
 
-Band read_band(ObjectReader& reader, const char* least, const char* most) {
+Band read_band(FormReader& reader, const char* least, const char* most) {
   Band band{reader.number(least, -kEverything), reader.number(most, kEverything)};
   if (band.low > band.high)
     reader.diagnostics().error(Code::kConflict, reader.at(least),
@@ -45,20 +45,17 @@ Band read_band(ObjectReader& reader, const char* least, const char* most) {
 
 class ValueExpectation final : public Expectation {
  public:
-  ValueExpectation(ObjectReader& reader, const BuiltCell& built, const StepNames& steps)
-      : during_(read_during(reader, steps)),
+  explicit ValueExpectation(ExpectationReader& reader)
+      : during_(reader.during()),
         clock_(during_.name()),
         span_(read_span(reader)),
         band_(read_band(reader, "at_least", "at_most")),
         mean_(read_band(reader, "mean_at_least", "mean_at_most")),
-        share_(reader.number("share", 1.0, {.low = 0.0, .high = 1.0, .low_open = true})) {
-    if (!band_.given() && !mean_.given())
-      reader.diagnostics().error(Code::kMissing, reader.pointer(), "no bound is given",
-                                 "Give \"at_least\", \"at_most\", \"mean_at_least\" or \"mean_at_most\"");
+        share_(reader.number("share")) {
     if (reader.has("share") && !band_.given())
       reader.diagnostics().error(Code::kRequires, reader.at("share"), "a share of the time without bounds",
                                  "Give \"at_least\" or \"at_most\"");
-    read_value(reader, built);
+    read_value(reader, reader.built);
   }
 
   void begin(const activity::Variables& variables) override { variables_ = &variables; }
@@ -116,7 +113,7 @@ class ValueExpectation final : public Expectation {
     return {.mode = mode, .cell = &built.cell, .measured = variables_, .time = runs ? built.core->time() : 0};
   }
 
-  void read_value(ObjectReader& reader, const BuiltCell& built) {
+  void read_value(FormReader& reader, const BuiltCell& built) {
     text_ = reader.text("value");
     if (text_.empty()) return;
     if (!text_.starts_with("$")) {
@@ -144,15 +141,35 @@ class ValueExpectation final : public Expectation {
   std::string text_, unit_;
   ValueTemplate value_;
   const activity::Variables* variables_ = nullptr;  ///< of the run
-  command::ContactReaders readers_;
+  expression::ContactReaders readers_;
   std::int64_t cycles_ = 0, known_ = 0, unknown_ = 0, within_ = 0;
   double sum_ = 0.0, least_ = kEverything, greatest_ = -kEverything;
 };
 
 }  // namespace
 
-std::unique_ptr<Expectation> value_expectation(ObjectReader& reader, const BuiltCell& built, const StepNames& steps) {
-  return std::make_unique<ValueExpectation>(reader, built, steps);
+ExpectationKind value_expectation() {
+  const auto bound = [](std::string key, std::string doc) {
+    return number_key(std::move(key), "", kAnyNumber, std::move(doc)).optional();
+  };
+  Form form{
+      "The value of an expression in the cycles of a step, or of the whole run: bounds, the share of the cycles in "
+      "which they hold, mean.",
+      {text_key("value",
+                "An expression whose value is a number (docs/programs.md#expressions), without variables: "
+                "\"$force('wrist')\".")
+           .with_definition("expression"),
+       during_key(), bound("at_least", "Lower bound in SI units."), bound("at_most", "Upper bound in SI units."),
+       number_key("share", "", {.low = 0.0, .high = 1.0, .low_open = true},
+                  "Share of the cycles in which these bounds hold at least; a cycle in which the value is not "
+                  "known counts as one in which they do not.")
+           .by_default(1.0),
+       bound("mean_at_least",
+             "Lower bound of the mean over the cycles in which the value is known: 99 % of them at least."),
+       bound("mean_at_most", "Upper bound of this mean.")},
+      {"at_least", "at_most", "mean_at_least", "mean_at_most"}};
+  std::ranges::copy(span_keys("Cycles"), std::back_inserter(form.keys));
+  return expectation_kind<ValueExpectation>("value", std::move(form));
 }
 
 }  // namespace takt::cell

@@ -22,12 +22,13 @@ constexpr Nanoseconds kConnectTime = 5 * kSecond;       // devices of 100 ms wit
 
 }  // namespace
 
-CellRun::CellRun(const Description& description, BuiltCell& built, Expectations expectations, const RunOptions& options)
+CellRun::CellRun(const Description& description, BuiltCell& built, Expectations expectations,
+                 const std::vector<ScheduledFault>& faults, const RunOptions& options)
     : description_(description),
       built_(built),
       expectations_(expectations),
       options_(options),
-      faults_(description.faults, built, description.seed),
+      faults_(faults, built, description.seed, [this](auto kind, auto text) { note("fault", kind, text); }),
       site_watch_(built),
       contacts_(built),
       contact_log_(built),
@@ -102,7 +103,7 @@ std::string CellRun::why_waiting(const std::string& device) const {
 /// not.
 bool CellRun::starts_where_assumed() {
   for (const auto& [name, driver] : built_.site->arm_drivers()) {
-    const command::MountedArm& arm = built_.cell.arms.at(name);
+    const expression::MountedArm& arm = built_.cell.arms.at(name);
     const device::JointVector& q = arm.device->sample().q;
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       if (std::abs(q[i] - arm.start[i]) <= arm.device->description().start_tolerance) continue;
@@ -123,9 +124,7 @@ bool CellRun::step(const std::string& current) {
   return after_cycle() && look_on(current);
 }
 
-void CellRun::before_cycle() {
-  faults_.apply([this](auto name, auto text) { note("fault", name, text); });
-}
+void CellRun::before_cycle() { faults_.apply(built_.core->time()); }
 
 bool CellRun::after_cycle() {
   built_.commands->end_cycle(built_.core->cycle() - 1, built_.core->time() - built_.core->period());
@@ -245,8 +244,14 @@ void CellRun::tell_of_contacts() {
 void CellRun::tell_news() {
   tell_of_screws();
   tell_of_contacts();
-  constexpr std::int64_t kEvery = 100;  // cycles
-  if (!built_.site->has_drivers() || built_.core->cycle() % kEvery != 0) return;
+  constexpr std::int64_t kEvery = 100;  // cycles; in real time not each of them is looked at
+  const std::int64_t due = built_.core->cycle() / kEvery;
+  if (!built_.site->has_drivers() || due == news_told_) return;
+  news_told_ = due;
+  tell_of_drivers();
+}
+
+void CellRun::tell_of_drivers() {
   for (const std::string& line : built_.site->news()) note("driver", line.substr(0, line.find(':')), line);
 }
 
@@ -381,6 +386,7 @@ void CellRun::look_for_stops() {
 }
 
 RunReport CellRun::finish(bool interrupted, const std::function<std::string()>& run_again) {
+  if (built_.site->has_drivers()) tell_of_drivers();
   if (!interrupted && !repeats_commands_ && !report_.diagnostics.has_errors()) look_for_stops();
   tell_end(interrupted);
   report_.wall_time = Stopwatch::seconds_since(start_);

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cell/build/faults.h"
+#include "cell/faults/faults.h"
 #include "cell/file/description.h"
 #include "cell/judge/contact_log.h"
 #include "cell/judge/expectations.h"
@@ -33,7 +33,8 @@ class CellRun {
   using Expectations = std::span<const std::unique_ptr<Expectation>>;
 
   /// All of them outlive the run.
-  CellRun(const Description& description, BuiltCell& built, Expectations expectations, const RunOptions& options);
+  CellRun(const Description& description, BuiltCell& built, Expectations expectations,
+          const std::vector<ScheduledFault>& faults, const RunOptions& options);
 
   /// Opens recording and film. @return false: it cannot be, and the report says why.
   [[nodiscard]] bool open();
@@ -88,6 +89,7 @@ class CellRun {
   void begin_pace();
   void keep_pace(double time);
   void tell_news();
+  void tell_of_drivers();
   void tell_of_screws();
   void tell_of_contacts();
   [[nodiscard]] bool look_at_contacts();
@@ -122,6 +124,7 @@ class CellRun {
   std::vector<std::string> steps_begun_;
   std::vector<std::string> steps_running_;  ///< their paths
   std::size_t screw_events_ = 0;            ///< that have been told
+  std::int64_t news_told_ = 0;              ///< so often what drivers say was passed on
   bool told_of_contacts_ = false;           ///< that there are too many
   bool diverged_ = false;                   ///< the physics has no state to go on from
   bool repeats_commands_ = false;           ///< of a recording

@@ -42,10 +42,14 @@ Result<std::unique_ptr<EmulationRun>> EmulationRun::create(Description descripti
   Diagnostics warnings;
   auto built = build_cell(description, models, false, warnings);
   if (!built) return std::unexpected(std::move(built.error()));
-  std::unique_ptr<EmulationRun> run(new EmulationRun(std::move(*built)));
+  Diagnostics diagnostics = check_faults_of_machines(described.faults);
+  auto faults = make_faults(described.faults, *built);
+  if (!faults) diagnostics.append(faults.error());
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  std::unique_ptr<EmulationRun> run(new EmulationRun(std::move(*built), std::move(*faults), described.seed));
   Diagnostics ignored;  // found nothing when the cell was built
   const auto devices = load_devices(described, models, ignored);
-  Diagnostics diagnostics = run->add_emulators(site, devices, described.seed);
+  diagnostics.append(run->add_emulators(site, devices, described.seed));
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return run;
 }
@@ -154,10 +158,25 @@ void EmulationRun::carry_out_commands(const Options& options) {
   }
 }
 
+/// Clients see a controller whose clock stood.
+void EmulationRun::tell_lost_time(const Options& options, Nanoseconds lost) {
+  constexpr Nanoseconds kWorthTelling = 100 * kMillisecond;
+  constexpr double kPause = 5.0;  // s between two lines
+  const double now = to_seconds(built_.world->time());
+  if (lost - lost_told_ < kWorthTelling || now < next_tell_) return;
+  next_tell_ = now + kPause;
+  tell(options, "clock",
+       fmt::format("lost {:.2f} s: this machine is too slow, or too busy", to_seconds(lost - lost_told_)));
+  lost_told_ = lost;
+}
+
 EmulationRun::Report EmulationRun::run(const Options& options) {
   constexpr std::int64_t kNewsEvery = 50;  // cycles
+  constexpr double kLostShare = 0.01;      // of the time, from which on it is worth a warning
   if (options.realtime) ask_for_realtime();
   const Nanoseconds period = built_.core->period();
+  Faults faults(faults_, built_, seed_,
+                [&](auto kind, auto text) { tell(options, std::string(kind), std::string(text)); });
   Nanoseconds origin = MonotonicClock::machine_time();
   Report report;
   for (std::int64_t cycle = 0; options.interrupt == nullptr || options.interrupt->load() == 0; ++cycle) {
@@ -168,17 +187,25 @@ EmulationRun::Report EmulationRun::run(const Options& options) {
       origin += late * period;
     }
     sleep_until(origin + cycle * period);
+    faults.apply(cycle * period);
     for (const Emulated& one : emulators_) one.emulator->advance(cycle * period);
     if (!built_.world->step()) {
       report.diagnostics.error(Code::kSystem, {}, built_.world->divergence());
       break;
     }
     if (cycle % kNewsEvery != 0) continue;
+    tell_lost_time(options, report.overruns * period);
     tell_news(options);
     carry_out_commands(options);
   }
   tell_news(options);
   report.sim_time = to_seconds(built_.world->time());
+  const double lost = to_seconds(report.overruns * period), whole = report.sim_time + lost;
+  if (lost > kLostShare * whole) {
+    report.diagnostics.warning(Code::kOverBudget, {},
+                               fmt::format("the machines' clock lost {:.2f} of {:.2f} s", lost, whole),
+                               options.realtime ? "Run less beside it" : "Give --realtime, or run less beside it");
+  }
   return report;
 }
 

@@ -9,6 +9,7 @@
 
 #include "cell/build/built_cell.h"
 #include "cell/build/device_kind.h"
+#include "cell/faults/faults.h"
 #include "cell/file/description.h"
 
 namespace takt::cell {
@@ -27,8 +28,8 @@ class EmulationRun {
   };
   struct Report {
     double sim_time = 0.0;      ///< s
-    std::int64_t overruns = 0;  ///< cycles that the wall clock was ahead of
-    Diagnostics diagnostics;
+    std::int64_t overruns = 0;  ///< cycles that the wall clock was ahead of: they are lost, the machines' time stood
+    Diagnostics diagnostics;    ///< with a warning where it lost time that clients have noticed
   };
   /// What is emulated: "arm as fri at 127.0.0.1:49938".
   struct Served {
@@ -43,7 +44,8 @@ class EmulationRun {
   [[nodiscard]] Report run(const Options& options);
 
  private:
-  explicit EmulationRun(BuiltCell built) : built_(std::move(built)) {}
+  EmulationRun(BuiltCell built, std::vector<ScheduledFault> faults, std::uint64_t seed)
+      : built_(std::move(built)), faults_(std::move(faults)), seed_(seed) {}
   [[nodiscard]] Diagnostics add_emulators(const Site& site, LoadedDevices devices, std::uint64_t seed);
   [[nodiscard]] Result<std::unique_ptr<device::ControllerEmulator>> emulator_of(const std::string& name,
                                                                                 const Site& site, LoadedDevices devices,
@@ -55,12 +57,17 @@ class EmulationRun {
   void tell(const Options& options, const std::string& who, const std::string& what) const;
   void tell_news(const Options& options);
   void carry_out_commands(const Options& options);
+  void tell_lost_time(const Options& options, Nanoseconds lost);
 
   struct Emulated {
     std::string device;
     std::unique_ptr<device::ControllerEmulator> emulator;
   };
   BuiltCell built_;
+  std::vector<ScheduledFault> faults_;
+  std::uint64_t seed_;  ///< of the scenario
+  Nanoseconds lost_told_ = 0;
+  double next_tell_ = 0.0;  ///< s, of lost time
   std::vector<Emulated> emulators_;
   std::vector<Served> served_;
 };

@@ -20,8 +20,11 @@ void FaultWatch::look_at(const std::string& name, const device::Arm& arm, const 
                          const Where& where, const Note& note) {
   if (!arm.has_sample()) return;
   const std::uint32_t fault = arm.sample().fault;
-  std::uint32_t& before = faults_[name];
-  if (std::exchange(before, fault) == fault) return;
+  Seen& seen = arms_[name];
+  const bool was_ready = std::exchange(seen.was_ready, seen.was_ready || arm.ready());
+  if (std::exchange(seen.fault, fault) == fault) return;
+  // On the way up a controller tells its states as causes why it is not ready: none of them is an error.
+  if (!was_ready) return note(name, "starting", fault == 0 ? "no cause any more" : arm.fault_text(fault));
   if (fault == 0) return note(name, "recovered", "no fault any more");
   tell(name, "fault", arm.fault_text(fault), contacts, where, note);
 }

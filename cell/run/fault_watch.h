@@ -32,6 +32,10 @@ class FaultWatch {
   [[nodiscard]] const std::vector<std::string>& told() const { return told_; }
 
  private:
+  struct Seen {
+    std::uint32_t fault = 0;
+    bool was_ready = false;  ///< in this run
+  };
   void look_at(const std::string& name, const device::Arm& arm, const ContactLog& contacts, const Where& where,
                const Note& note);
   void tell_trips(const ContactLog& contacts, const Where& where, const Note& note);
@@ -39,9 +43,9 @@ class FaultWatch {
             const Where& where, const Note& note);
 
   const BuiltCell& built_;
-  std::map<std::string, std::uint32_t, std::less<>> faults_;  ///< by arm, as seen last
-  net::Text trip_;                                            ///< of a guard, the newest
-  std::atomic<std::uint32_t> trips_{0};                       ///< how many there were
+  std::map<std::string, Seen, std::less<>> arms_;  ///< by name, as seen last
+  net::Text trip_;                                 ///< of a guard, the newest
+  std::atomic<std::uint32_t> trips_{0};            ///< how many there were
   std::uint32_t trips_told_ = 0;
   bool latched_ = false;
   std::vector<std::string> told_;

@@ -18,7 +18,7 @@ constexpr std::string_view kPathSeparator = " / ";
 /// "try", "repeat (2)": a composition that is called by its type, as those without a name are.
 bool is_type(std::string_view segment) {
   const std::string_view name = segment.ends_with(')') ? segment.substr(0, segment.rfind(" (")) : segment;
-  return std::ranges::any_of(activity::node_kinds(), [&](const activity::NodeKind& kind) { return kind.name == name; });
+  return std::ranges::any_of(program::node_kinds(), [&](const program::NodeKind& kind) { return kind.name == name; });
 }
 
 /// The segments of a path that say something; all of them if none does.

@@ -228,7 +228,7 @@ void Interruptions::come_to_rest(const BuiltCell& built) {
 
 void Interruptions::complain(const std::string& what) { complaints_ += complaints_.empty() ? what : "; " + what; }
 
-void Interruptions::answer_after(const command::Cell& cell, Nanoseconds period, const RunReport& report) {
+void Interruptions::answer_after(const expression::Cell& cell, Nanoseconds period, const RunReport& report) {
   constexpr double kSoon = 6.0;  // s; what is cancelled brakes, and its program may say something yet
   const std::int64_t given = way_ == Way::kFault ? kAfterFault : paused_cycles();
   const double told = to_seconds(period) * static_cast<double>(at_ + given);

@@ -70,7 +70,7 @@ class Interruptions {
   /// Ends the child, with what is wrong: complaints, and limits that were broken in any cycle since the run began.
   [[noreturn]] void answer();
   /// The same after its run: it has to have ended soon, at rest, with nothing held.
-  [[noreturn]] void answer_after(const command::Cell& cell, Nanoseconds period, const RunReport& report);
+  [[noreturn]] void answer_after(const expression::Cell& cell, Nanoseconds period, const RunReport& report);
 
   /// Within which everything stands, whatever it did, in cycles: on its path a machine brakes with a part of its
   /// acceleration.

@@ -95,7 +95,7 @@ Diagnostics RunFilm::cut_to(std::string_view path) {
   return shown ? Diagnostics{} : with_option_names(shown.error());
 }
 
-Diagnostics RunFilm::add_state(const std::string& step, const command::Biases& biases) {
+Diagnostics RunFilm::add_state(const std::string& step, const expression::Biases& biases) {
   if (step != step_) {
     step_ = step;
     if (Diagnostics failed = follows_log_ ? Diagnostics{} : cut_to(step); failed.has_errors()) return failed;
@@ -120,7 +120,7 @@ Diagnostics RunFilm::hold(Nanoseconds duration) {
   return push_due(shown_, now + duration);
 }
 
-void RunFilm::show_force(const command::Biases& biases, sim::Overlay& overlay) const {
+void RunFilm::show_force(const expression::Biases& biases, sim::Overlay& overlay) const {
   const auto sensor = built_.cell.sensors.find(description_.film.force_sensor);
   if (sensor == built_.cell.sensors.end()) return;
   const auto felt = contact_wrench(built_.cell, sensor->first, biases);  // as the conditions in the nets have it

@@ -39,7 +39,7 @@ class RunFilm {
     if (built_.world->time() + picture_time_ >= film_.next_time()) contacts_.add(contacts);
   }
   /// After a cycle: pictures that are due show what is now. @return diagnostics if drawing or encoding failed.
-  [[nodiscard]] Diagnostics add_state(const std::string& step, const command::Biases& biases);
+  [[nodiscard]] Diagnostics add_state(const std::string& step, const expression::Biases& biases);
   /// As add_state() with what was shown last, `duration` longer: of a state that cannot go on.
   [[nodiscard]] Diagnostics hold(Nanoseconds duration);
   /// It shows nothing from here on.
@@ -50,7 +50,7 @@ class RunFilm {
   RunFilm(sim::Film film, std::unique_ptr<FilmMarks> marks, const Description& description, const BuiltCell& built,
           const RunOptions& options);
   [[nodiscard]] Diagnostics cut_to(std::string_view path);
-  void show_force(const command::Biases& biases, sim::Overlay& overlay) const;
+  void show_force(const expression::Biases& biases, sim::Overlay& overlay) const;
   [[nodiscard]] sim::Marks marks_now();
   [[nodiscard]] Diagnostics push_due(const sim::Overlay& overlay, Nanoseconds now);
 

@@ -59,7 +59,7 @@ std::vector<std::string> words_of(Enum last) {
 }
 
 /// The frame of a sensor's readings as "/tf" names it: a link of the sensor, or for an arm's own forces its flange.
-std::string wrench_frame(const BuiltCell& built, const std::string& name, const command::MountedSensor& sensor) {
+std::string wrench_frame(const BuiltCell& built, const std::string& name, const expression::MountedSensor& sensor) {
   std::string link = name + "/" + sensor.device->description().measuring_link;
   if (built.world->body(link) >= 0) return link;
   const auto arm = built.cell.arms.find(sensor.arm);
@@ -115,7 +115,7 @@ void RunRecorder::add_channels(bool expects) {
     const std::string frame = wrench_frame(built_, name, sensor);
     sensors_.push_back({&sensor, recorder_->add_wrench(device_topic(name) + "/wrench", frame),
                         recorder_->add_wrench(device_topic(name) + "/contact_wrench", frame),
-                        command::ContactWrenchReader(built_.cell, name)});
+                        expression::ContactWrenchReader(built_.cell, name)});
   }
   for (const auto& [name, gripper] : built_.cell.grippers) {
     grippers_.push_back(
@@ -250,7 +250,7 @@ void RunRecorder::add_cycle() {
   if (!free_bodies_.empty()) recorder_->write_transforms(objects_, free_poses_);
 }
 
-void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts, const command::Biases& biases) {
+void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts, const expression::Biases& biases) {
   contacts_since_.add(contacts);
   const std::int64_t cycle = built_.core->cycle();
   if (cycle - contacts_cycle_ < kPoseCycles) return;
@@ -260,7 +260,7 @@ void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts, const
   write_contact_wrenches(biases);
 }
 
-void RunRecorder::write_contact_wrenches(const command::Biases& biases) {
+void RunRecorder::write_contact_wrenches(const expression::Biases& biases) {
   constexpr double kNull = std::numeric_limits<double>::quiet_NaN();
   for (SensorChannel& channel : sensors_) {
     std::array<double, 6> row{kNull, kNull, kNull, kNull, kNull, kNull};

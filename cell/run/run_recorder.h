@@ -35,23 +35,23 @@ class RunRecorder {
   void add_event(const LogEntry& entry);
   /// Between cycles: what machines touched since the last call, of which the greatest forces since the time before are
   /// recorded fifty times a second; and as often the wrenches without weight and tared bias.
-  void add_contacts(std::span<const sim::BodyContact> contacts, const command::Biases& biases);
+  void add_contacts(std::span<const sim::BodyContact> contacts, const expression::Biases& biases);
   /// With RunOptions::record_last: what was recorded last is to be written.
   void keep() { recorder_->keep(); }
   [[nodiscard]] record::RecorderStatus close() { return recorder_->close(); }
 
  private:
   struct ArmChannels {
-    const command::MountedArm* arm;
+    const expression::MountedArm* arm;
     record::ChannelId joints, set_point, status;
   };
   struct SensorChannel {
-    const command::MountedSensor* sensor;
+    const expression::MountedSensor* sensor;
     record::ChannelId wrench, contact;
-    command::ContactWrenchReader felt;
+    expression::ContactWrenchReader felt;
   };
   struct GripperChannel {
-    const command::MountedGripper* gripper;
+    const expression::MountedGripper* gripper;
     record::ChannelId samples;
   };
   RunRecorder(std::unique_ptr<record::Recorder> recorder, const BuiltCell& built, bool with_blocks, bool expects);
@@ -62,7 +62,7 @@ class RunRecorder {
   void write_devices();
   void write_commands();
   void write_contacts();
-  void write_contact_wrenches(const command::Biases& biases);
+  void write_contact_wrenches(const expression::Biases& biases);
   void write_blocks();
 
   std::unique_ptr<record::Recorder> recorder_;

@@ -35,22 +35,23 @@ void check_estimates(const Description& description, const std::set<std::string,
 /// Errors of form in the program of a cell that cannot be built.
 Diagnostics program_diagnostics(const Description& description, const device::ModelLibrary& models) {
   if (!description.program.is_object()) return {};
-  const auto program = activity::Program::parse(description.program, "/program", names_of_cell(description, models),
-                                                &description.programs);
+  const auto program = program::Program::parse(description.program, "/program", names_of_cell(description, models),
+                                               &description.programs);
   return program ? Diagnostics{} : program.error();
 }
 
 /// A cell, and the program as it was played through in it.
 struct PreparedCell {
   BuiltCell built;
-  activity::Program program;
-  activity::Rehearsed rehearsed;
+  std::vector<ScheduledFault> faults;
+  program::Program program;
+  program::Rehearsed rehearsed;
   ArmGroups cooperating;  ///< arms that one net of the program drives together
   Diagnostics warnings;
 };
 
 /// Wholes count by their parts.
-ArmSet arms_of(const net::CompiledNet& net, const command::Cell& cell) {
+ArmSet arms_of(const net::CompiledNet& net, const expression::Cell& cell) {
   ArmSet arms;
   for (const net::Resource* claim : net.claims()) {
     const auto* arm = dynamic_cast<const device::Arm*>(claim);
@@ -59,9 +60,9 @@ ArmSet arms_of(const net::CompiledNet& net, const command::Cell& cell) {
   return arms;
 }
 
-ArmGroups cooperating_arms(const std::vector<activity::RehearsedNet>& nets, BuiltCell& built) {
+ArmGroups cooperating_arms(const std::vector<operations::RehearsedNet>& nets, BuiltCell& built) {
   ArmGroups groups;
-  for (const activity::RehearsedNet& rehearsed : nets) {
+  for (const operations::RehearsedNet& rehearsed : nets) {
     const auto net = net::CompiledNet::compile(rehearsed.net, built.core->environment());
     if (!net) continue;  // the rehearsal has reported it
     ArmSet arms = arms_of(**net, built.cell);
@@ -78,14 +79,23 @@ Result<PreparedCell> prepare_cell(const Description& description, const device::
     built.error().append(program_diagnostics(description, models));
     return std::unexpected(std::move(built.error()));
   }
-  auto program = activity::Program::parse(description.program, "/program", built->cell, &description.programs);
-  if (!program) return std::unexpected(std::move(program.error()));
-  std::vector<activity::RehearsedNet> nets;
-  activity::Rehearsed rehearsed =
+  auto faults = make_faults(description.faults, *built);
+  auto program = program::Program::parse(description.program, "/program", built->cell, &description.programs);
+  if (!program) {
+    Diagnostics diagnostics = std::move(program.error());
+    if (!faults) diagnostics.append(faults.error());
+    const auto expectations = make_expectations(description.expectations, *built, std::nullopt);
+    if (!expectations) diagnostics.append(expectations.error());
+    return std::unexpected(std::move(diagnostics));
+  }
+  std::vector<operations::RehearsedNet> nets;
+  program::Rehearsed rehearsed =
       program->rehearse(built->cell, &built->core->environment(), built->site->may_pad() ? &nets : nullptr);
+  if (!faults) rehearsed.diagnostics.append(faults.error());
   ArmGroups cooperating = cooperating_arms(nets, *built);
-  return PreparedCell{std::move(*built), std::move(*program), std::move(rehearsed), std::move(cooperating),
-                      std::move(warnings)};
+  return PreparedCell{std::move(*built),      faults ? std::move(*faults) : std::vector<ScheduledFault>{},
+                      std::move(*program),    std::move(rehearsed),
+                      std::move(cooperating), std::move(warnings)};
 }
 
 /// Which arms cooperate is known once the program has been played: if they are not equally late, the cell is built anew
@@ -137,7 +147,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   };
   auto prepared = prepare_padded_cell(description, models, measure_times);
   if (!prepared) return refuse(std::move(prepared.error()));
-  auto& [built, program, rehearsed, cooperating, warnings] = *prepared;
+  auto& [built, faults, program, rehearsed, cooperating, warnings] = *prepared;
   auto expectations = make_expectations(description.expectations, built, program.names());
   Diagnostics& diagnostics = rehearsed.diagnostics;
   if (!description.image.empty()) {
@@ -162,6 +172,7 @@ Result<std::unique_ptr<Session>> Session::create(Description description, const 
   auto session = std::unique_ptr<Session>(new Session(std::move(description), std::move(program), std::move(built)));
   session->models_ = library;
   session->expectations_ = std::move(*expectations);
+  session->faults_ = std::move(faults);
   session->warnings_ = std::move(read);
   session->planned_duration_ = rehearsed.duration;
   session->meanwhile_ = std::move(rehearsed.meanwhile);
@@ -176,7 +187,7 @@ class Session::Run {
   Run(Session& session, const RunOptions& options)
       : session_(session),
         options_(options),
-        run_(session.description_, session.built_, session.expectations_, options),
+        run_(session.description_, session.built_, session.expectations_, session.faults_, options),
         realtime_(options.realtime ? realtime_loop(session.built_, options) : nullptr),
         context_{session.built_.cell,
                  *session.built_.core,
@@ -257,7 +268,7 @@ class Session::Run {
     }
     do {
       const Stopwatch watch(options_.measure_times, run_.report().timing.program);
-      if (runner_.advance() != activity::Progress::kRunning) return false;
+      if (runner_.advance() != operations::Progress::kRunning) return false;
     } while (answered());
     return true;
   }
@@ -265,7 +276,7 @@ class Session::Run {
   /// In single steps: somebody decides about the step that would begin. @return false: none would
   bool answered() {
     if (runner_.asking().empty()) return false;
-    const activity::AskingStep& step = runner_.asking().front();
+    const program::AskingStep& step = runner_.asking().front();
     NextStep next{step.name, step.pointer, to_seconds(session_.built_.core->time()), {}};
     auto known = runner_.variables();
     for (const auto& [place, variable] : known) {
@@ -321,22 +332,22 @@ class Session::Run {
   CellRun run_;
   std::unique_ptr<RealtimeLoop> realtime_;  ///< null: lock-step
   activity::Context context_;
-  activity::ProgramRunner runner_;
+  program::ProgramRunner runner_;
   Operator operator_;
   bool cancelled_ = false;
-  bool connected_ = false;                                       ///< in real time: all devices are there
-  std::string current_;                                          ///< in real time: what runs, for who looks on
-  std::map<std::string, activity::ProgramRunner::Known> known_;  ///< variables when a step was asked for last
+  bool connected_ = false;                                      ///< in real time: all devices are there
+  std::string current_;                                         ///< in real time: what runs, for who looks on
+  std::map<std::string, program::ProgramRunner::Known> known_;  ///< variables when a step was asked for last
 };
 
-std::vector<activity::RehearsedNet> Session::nets() const {
-  std::vector<activity::RehearsedNet> nets;
+std::vector<operations::RehearsedNet> Session::nets() const {
+  std::vector<operations::RehearsedNet> nets;
   (void)program_.rehearse(built_.cell, nullptr, &nets);
   return nets;
 }
 
 RunReport Session::run_commands(const record::Recording& recording, std::int64_t cycles, const RunOptions& options) {
-  CellRun run(description_, built_, {}, options);
+  CellRun run(description_, built_, {}, faults_, options);
   run.repeat_commands();
   run.report().diagnostics.append(built_.commands->play(recording));
   if (run.report().diagnostics.has_errors() || !run.open()) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cell/build/built_cell.h"
+#include "cell/faults/faults.h"
 #include "cell/file/description.h"
 #include "cell/judge/expectations.h"
 #include "cell/judge/run_report.h"
@@ -45,14 +46,14 @@ class Session {
   ~Session();
 
   [[nodiscard]] const Description& description() const { return description_; }
-  [[nodiscard]] const activity::Program& program() const { return program_; }
+  [[nodiscard]] const program::Program& program() const { return program_; }
   [[nodiscard]] const BuiltCell& built() const { return built_; }
   [[nodiscard]] const Diagnostics& warnings() const { return warnings_; }
   /// Planned duration of the program, s: nominal values, guarded motions to their end.
   [[nodiscard]] double planned_duration() const { return planned_duration_; }
 
   /// The nets that the program's steps would load, as far as they can be known before a run. Realtime: setup.
-  [[nodiscard]] std::vector<activity::RehearsedNet> nets() const;
+  [[nodiscard]] std::vector<operations::RehearsedNet> nets() const;
 
   /// Runs to the end of the program (or its failure, the time limit, an interrupt) and judges.
   [[nodiscard]] RunReport run(const RunOptions& options);
@@ -64,14 +65,15 @@ class Session {
 
  private:
   class Run;
-  Session(Description description, activity::Program program, BuiltCell built)
+  Session(Description description, program::Program program, BuiltCell built)
       : description_(std::move(description)), program_(std::move(program)), built_(std::move(built)) {}
 
   device::ModelLibrary models_{std::vector<std::filesystem::path>()};
   Description description_;
-  activity::Program program_;
+  program::Program program_;
   BuiltCell built_;
   std::vector<std::unique_ptr<Expectation>> expectations_;
+  std::vector<ScheduledFault> faults_;
   Diagnostics warnings_;
   double planned_duration_ = 0.0;
   std::shared_ptr<const activity::MeanwhileSpaces> meanwhile_;  ///< what the rehearsal found for its moves

@@ -29,7 +29,7 @@ struct BlendSource {
   std::shared_ptr<const motion::Motion> partner = {};  ///< of a second arm on the same clock, with the same law
   Eigen::Isometry3d partner_X_FM = Eigen::Isometry3d::Identity();  ///< the same frame in the flange of that one
   std::string arm = {};                                            ///< whose motion it is; of two the leader
-  std::optional<command::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
+  std::optional<expression::State> abort_if = {};  ///< must not hold on what is left of it (DualEntryMotion::abort_if)
   std::optional<command::SpringParameters> compliance = {};  ///< of the arm meanwhile
 };
 
@@ -58,7 +58,7 @@ struct ConcurrentMotion {
 
 /// All that an activity may know when it is prepared.
 struct PlanningContext {
-  const command::Cell& cell;
+  const expression::Cell& cell;
   Nanoseconds period = kMillisecond;
   std::map<std::string, Predecessor, std::less<>> predecessors;  ///< of each of its actuators
   bool checks_collisions = false;  ///< of programs that nobody rehearses: planned motions must not collide
@@ -73,7 +73,7 @@ struct EndState {
   /// The motions of which one is its last on this actuator, each with the command whose clock shows where it is. Empty:
   /// it is not left before its end.
   struct Last {
-    command::SubjectPtr command;
+    expression::SubjectPtr command;
     BlendSource motion;
   };
   std::vector<Last> last;
@@ -84,13 +84,13 @@ struct EndState {
 /// One of the endings of an activity, of which exactly one comes: by which state that shows from the begin
 /// of that ending on, and what is known of its actuators then.
 struct Ending {
-  command::State taken;
+  expression::State taken;
   std::map<std::string, ActuatorState, std::less<>> after;
 };
 
 /// A planned motion inside of an activity: how people see where it has come to.
 struct PlannedPart {
-  command::SubjectPtr command;      ///< whose clock shows where it is
+  expression::SubjectPtr command;   ///< whose clock shows where it is
   std::vector<double> handed_over;  ///< path time at which each of its motions but the last hands over, s
   double begin = 0.0;               ///< path time at which it goes on with its predecessor's blend behind it, s
 };
@@ -98,7 +98,7 @@ struct PlannedPart {
 /// Where an activity that goes on with another one in motion is done with the rest of that one: from this path time (s)
 /// on of the clock of this command.
 struct HandOver {
-  command::SubjectPtr command;
+  expression::SubjectPtr command;
   double time = 0.0;
 };
 
@@ -113,7 +113,7 @@ struct PlannedActivity {
   std::map<std::string, std::vector<device::Seam>, std::less<>> begins;  ///< in which it may take an arm over
   std::map<std::string, HandOver, std::less<>> taken_over;  ///< of each actuator that it can go on with in motion
   std::vector<PlannedPart> motions = {};                    ///< of one motion: its parts; of others: none
-  std::function<command::State(double)> at_share;  ///< of one motion: at or past this share of its path; else empty
+  std::function<expression::State(double)> at_share;  ///< of one motion: at or past this share of its path; else empty
   /// Control modes that arms are brought into before the command begins; without a command that is all. Only of
   /// activities that begin alone.
   ControlModes modes;

@@ -138,7 +138,7 @@ bool ActivityRun::shares_actuator(const ActivityRun& other) const {
   return std::ranges::find_first_of(own, others) != own.end();
 }
 
-const ActivityRun::Clock* ActivityRun::clock_of(const command::SubjectPtr& command) const {
+const ActivityRun::Clock* ActivityRun::clock_of(const expression::SubjectPtr& command) const {
   const auto clock = clocks_.find(command.get());
   return clock == clocks_.end() ? nullptr : &clock->second;
 }
@@ -198,23 +198,23 @@ void ActivityRun::after_cycle() {
   trace_.note(cycle);
 }
 
-command::State not_allowed(const command::State& state, const command::Command& command) {
-  const command::State silent = is_null(command::BooleanSensor(state.node()));
+expression::State not_allowed(const expression::State& state, const command::Command& command) {
+  const expression::State silent = is_null(expression::BooleanSensor(state.node()));
   return ((state || silent) && command.active()).once();
 }
 
-command::State not_touched(const command::State& until, bool must_touch, const command::Command& command) {
-  const command::State touched = (until && command.active()).once();
-  const command::State silent = (is_null(command::BooleanSensor(until.node())) && command.active()).once();
+expression::State not_touched(const expression::State& until, bool must_touch, const command::Command& command) {
+  const expression::State touched = (until && command.active()).once();
+  const expression::State silent = (is_null(expression::BooleanSensor(until.node())) && command.active()).once();
   return !touched && (must_touch ? silent || !command.cancelled() : silent);
 }
 
-void add_abort(command::Command& command, const command::State& state, const std::string& key) {
-  const command::BooleanSensor holds(state.node()), unknown(is_null(holds).node());
+void add_abort(command::Command& command, const expression::State& state, const std::string& key) {
+  const expression::BooleanSensor holds(state.node()), unknown(is_null(holds).node());
   command.on_entered(state, cancel(command));
   command.fails_if(not_allowed(state, command));
   command.capture(key + kAborted, holds, state);
-  command.capture(key + kAbortUnknown, unknown, command::State(unknown.node()));
+  command.capture(key + kAbortUnknown, unknown, expression::State(unknown.node()));
 }
 
 Diagnostics abort_diagnostics(const RunView& run, const std::string& key) {

@@ -121,7 +121,7 @@ class ActivityRun {
   [[nodiscard]] bool carries(const ActivityRun& other) const;
   [[nodiscard]] bool is_before(const HandOver& hand_over) const;
   /// Null: the command is no planned motion of this run.
-  [[nodiscard]] const Clock* clock_of(const command::SubjectPtr& command) const;
+  [[nodiscard]] const Clock* clock_of(const expression::SubjectPtr& command) const;
   /// Keeps what is to be read of its net, which was loaded just now. @return diagnostics: an external effect could not
   /// be watched.
   [[nodiscard]] Diagnostics attach(command::MappedCommand mapped);
@@ -156,11 +156,11 @@ class ActivityRun {
   rcc::NetId net_ = 0;
   rcc::NetHandle unloaded_;  ///< the net once the core has been asked to forget it: its values can still be read
   rcc::RequestId request_ = 0;
-  std::optional<rcc::Rule> rule_;                    ///< to be posted
-  std::int64_t queue_full_since_ = -1;               ///< cycle in which it could not be posted for the first time
-  std::optional<rcc::NetStatus> status_;             ///< of a net that has ended
-  std::map<std::string, std::string> observed_;      ///< name, port
-  std::map<const command::Subject*, Clock> clocks_;  ///< of its planned motions
+  std::optional<rcc::Rule> rule_;                       ///< to be posted
+  std::int64_t queue_full_since_ = -1;                  ///< cycle in which it could not be posted for the first time
+  std::optional<rcc::NetStatus> status_;                ///< of a net that has ended
+  std::map<std::string, std::string> observed_;         ///< name, port
+  std::map<const expression::Subject*, Clock> clocks_;  ///< of its planned motions
   command::ExternalWatch externals_;
   ReactionWatch reactions_;
   RunTrace trace_;
@@ -213,13 +213,14 @@ inline constexpr const char *kPartStarted = "part started", *kPartCompleted = "p
 void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
 
 /// The state has held, or was null (row N3), while the command ran: what it fails by (Command::fails_if).
-[[nodiscard]] command::State not_allowed(const command::State& state, const command::Command& command);
+[[nodiscard]] expression::State not_allowed(const expression::State& state, const command::Command& command);
 /// Likewise of a guarded motion: its condition was null before it held; and where it must hold, it never did and nobody
 /// cancelled the motion.
-[[nodiscard]] command::State not_touched(const command::State& until, bool must_touch, const command::Command& command);
+[[nodiscard]] expression::State not_touched(const expression::State& until, bool must_touch,
+                                            const command::Command& command);
 /// The command is cancelled when a state holds, or is null (row N3), fails, and shows that. @param key  with which the
 /// names of what it shows begin
-void add_abort(command::Command& command, const command::State& state, const std::string& key);
+void add_abort(command::Command& command, const expression::State& state, const std::string& key);
 /// The same as an error at "/abort_if" once it has ended; empty: the state never held.
 [[nodiscard]] Diagnostics abort_diagnostics(const RunView& run, const std::string& key);
 

@@ -36,7 +36,7 @@ std::vector<Fallible> show_failures(const command::Command& root) {
     const bool times_out = node.until && node.seconds.value_or(0.0) > 0.0;
     if (!times_out && !node.fails_if) continue;
     const auto state = [&node](const char* which) {
-      return command::leaf(net::ValueType::kBoolean, node.subject, which);
+      return expression::leaf(net::ValueType::kBoolean, node.subject, which);
     };
     all.push_back({.path = path, .name = node.name, .timeout = {}});
     observe_once(node, failed_name(path), state("failed"));
@@ -70,7 +70,7 @@ class CommandActivity final : public ActivityModel {
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
     const command::Command command = make_(planning);
-    command::Places places = places_before(planning);
+    expression::Places places = places_before(planning);
     command::TreeEnd end;
     const Diagnostics unplanned = command::plan(command, places, &end);
     Diagnostics wrong = command::check(command, false);
@@ -102,8 +102,8 @@ class CommandActivity final : public ActivityModel {
 
 }  // namespace
 
-void observe_once(command::CommandNode& node, const std::string& name, command::ExpressionPtr value,
-                  command::ExpressionPtr when) {
+void observe_once(command::CommandNode& node, const std::string& name, expression::ExpressionPtr value,
+                  expression::ExpressionPtr when) {
   const bool known = std::ranges::any_of(node.observations, [&](const auto& one) { return one.name == name; });
   if (!known) node.observations.push_back({name, std::move(value), std::move(when)});
 }
@@ -147,8 +147,8 @@ PlannedActivity planned_activity(const command::Command& command, const std::vec
   return prepared;
 }
 
-command::Places places_before(const PlanningContext& planning) {
-  command::Places places;
+expression::Places places_before(const PlanningContext& planning) {
+  expression::Places places;
   for (const auto& [device, before] : planning.predecessors)
     if (before.at_end.q) places[device] = *before.at_end.q;
   return places;

@@ -25,12 +25,12 @@ enum class ArmAfter : std::uint8_t {
                                                const std::vector<std::string>& actuators, const command::TreeEnd& end);
 
 /// Where arms are when everything before has ended, as far as that is known.
-[[nodiscard]] command::Places places_before(const PlanningContext& planning);
+[[nodiscard]] expression::Places places_before(const PlanningContext& planning);
 
 /// Shows a value under a name where nothing is shown under it yet: a command may be carried out again. @param when
 /// null: always
-void observe_once(command::CommandNode& node, const std::string& name, command::ExpressionPtr value,
-                  command::ExpressionPtr when = nullptr);
+void observe_once(command::CommandNode& node, const std::string& name, expression::ExpressionPtr value,
+                  expression::ExpressionPtr when = nullptr);
 
 /// How a wait for a state with a timeout has failed. @param held  the state when its time was over; nothing: unknown
 [[nodiscard]] Diagnostics failure_of_wait(const std::optional<net::Boolean>& held, double timeout);

@@ -13,14 +13,14 @@
 namespace takt::activity {
 namespace {
 
-using command::State;
 using command::TransactionCommand;
+using expression::State;
 
 State at_first(const State& state) {
-  const auto known = command::apply(net::ValueType::kBoolean, "DefaultToBoolean", {{"input", {.node = state.node()}}},
-                                    {{"fallback", false}});
-  return State(command::apply(net::ValueType::kBoolean, "SnapshotBoolean",
-                              {{"input", {.node = known}}, {"trigger", {.node = {}, .constant = true}}}));
+  const auto known = expression::apply(net::ValueType::kBoolean, "DefaultToBoolean",
+                                       {{"input", {.node = state.node()}}}, {{"fallback", false}});
+  return State(expression::apply(net::ValueType::kBoolean, "SnapshotBoolean",
+                                 {{"input", {.node = known}}, {"trigger", {.node = {}, .constant = true}}}));
 }
 
 std::string joined(const std::vector<ActivityPtr>& parts, const char* between) {

@@ -16,12 +16,12 @@ namespace takt::activity {
 /// All begin in the same cycle; over when all are. Their actuators are disjoint.
 [[nodiscard]] Activity parallel(const std::vector<Activity>& parts);
 /// Which of the two is begun is decided in the first cycle. Null of the condition counts as not holding.
-[[nodiscard]] Activity conditional(const command::State& condition, const Activity& then, const Activity& otherwise);
+[[nodiscard]] Activity conditional(const expression::State& condition, const Activity& then, const Activity& otherwise);
 
 /// What must not hold while it runs, whatever it is: it is cancelled then, so its arms come to rest, and the run fails
 /// (RunFailure::kAborted); the same when it is unknown (row N3). What follows begins at its end: of motions that are to
 /// be blended MotionParameters::abort_if is the one.
-[[nodiscard]] Activity abort_if(const Activity& activity, const command::State& state);
+[[nodiscard]] Activity abort_if(const Activity& activity, const expression::State& state);
 
 /// Something that begins at a condition while the main task runs.
 struct Subtask {
@@ -29,7 +29,7 @@ struct Subtask {
   /// Share of the path of the main task, which is one motion; or
   std::optional<double> at_share = {};
   /// a state of the cell.
-  std::optional<command::State> when = {};
+  std::optional<expression::State> when = {};
 };
 /// Over when the main task and all subtasks that were begun are.
 [[nodiscard]] Activity with_subtasks(const Activity& main, const std::vector<Subtask>& subtasks);

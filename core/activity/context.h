@@ -28,7 +28,7 @@ struct Variables {
   std::map<std::string, Touch, std::less<>> touches;                ///< last touch of each arm
   /// Last value of each monitor of a net that a step ran, as JSON text: net, monitor.
   std::map<std::string, std::map<std::string, std::string, std::less<>>, std::less<>> monitors;
-  command::Biases biases;
+  expression::Biases biases;
 };
 
 /// What happened, for logs and recordings.
@@ -39,7 +39,7 @@ class Scheduler;
 
 /// All that a running step may use. Owned by the session.
 struct Context {
-  command::Cell& cell;
+  expression::Cell& cell;
   rcc::ControlCore& core;
   Variables& variables;
   std::int64_t program_latency_cycles = 2;  ///< from a command to its effect (row D2)

@@ -12,21 +12,21 @@
 namespace takt::activity {
 namespace {
 
-using command::Cell;
-using command::State;
+using expression::Cell;
+using expression::State;
 using kinematics::JointVector;
 
 /// A state as it was in the first cycle of the net.
 State at_first(const State& state) {
-  return State(command::apply(net::ValueType::kBoolean, "SnapshotBoolean",
-                              {{"input", {.node = state.node()}}, {"trigger", {.node = {}, .constant = true}}}));
+  return State(expression::apply(net::ValueType::kBoolean, "SnapshotBoolean",
+                                 {{"input", {.node = state.node()}}, {"trigger", {.node = {}, .constant = true}}}));
 }
 
 /// The set point rests at q.
 State stands_at(const Cell& cell, const std::string& arm, const JointVector& q) {
   constexpr double kHere = 1e-6, kStanding = 1e-6;  // rad, rad/s: a motion in its blend is further away, and fast
-  return near(command::commanded_joints(cell, arm), net::JointArray(q), kHere) &&
-         is_less(largest(command::commanded_velocities(cell, arm)), kStanding);
+  return near(expression::commanded_joints(cell, arm), net::JointArray(q), kHere) &&
+         is_less(largest(expression::commanded_velocities(cell, arm)), kStanding);
 }
 
 /// Where the clock is, shown to successors and read from the predecessor.
@@ -36,8 +36,8 @@ void connect(const Cell& cell, const std::string& arm, std::optional<double> tau
   if (!has(time) || !has(rate)) return;
   motion.clock_outputs = {.time = time, .rate = rate};
   if (tau)
-    motion.clock_initial = {.time = command::channel<net::Real>(cell, time) - *tau,
-                            .rate = command::channel<net::Real>(cell, rate)};
+    motion.clock_initial = {.time = expression::channel<net::Real>(cell, time) - *tau,
+                            .rate = expression::channel<net::Real>(cell, rate)};
 }
 
 /// @param duration  of the motion from rest: shares of time are its
@@ -75,7 +75,8 @@ void add_abort(const std::vector<std::optional<State>>& abort_if, const command:
     command.on_entered(holds, cancel(command));
     command.fails_if(not_allowed(holds, command));
     command.capture(entry.broken(i - entry.before), action.progress(), holds);
-    command.capture(entry.silent(i - entry.before), action.progress(), is_null(command::BooleanSensor(holds.node())));
+    command.capture(entry.silent(i - entry.before), action.progress(),
+                    is_null(expression::BooleanSensor(holds.node())));
   }
 }
 
@@ -93,7 +94,7 @@ command::Action offset_over(const command::Action& motion, const OffsetPlan& off
 }
 
 /// The first wrench in a formula; null: none.
-command::ExpressionPtr wrench_in(const command::ExpressionPtr& formula) {
+expression::ExpressionPtr wrench_in(const expression::ExpressionPtr& formula) {
   if (formula == nullptr || formula->type == net::ValueType::kWrench) return formula;
   for (const auto& [port, input] : formula->inputs)
     if (auto found = wrench_in(input)) return found;
@@ -113,7 +114,7 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
     const State silent = action.state("no_force");
     command.on_entered(silent, cancel(command));
     command.fails_if(silent.once());
-    command.capture(entry.no_force, command::tool_pose(cell, dual.clock), silent);
+    command.capture(entry.no_force, expression::tool_pose(cell, dual.clock), silent);
   }
   if (!options.until) return command;
   State until = *options.until;
@@ -121,9 +122,9 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
   command.on_entered(until, cancel(command));
   command.fails_if(not_touched(until, options.must_touch, command));
   // A sensor that is silent stops the arm, but it has not felt anything.
-  command.capture(entry.touch, command::tool_pose(cell, dual.clock), until);
+  command.capture(entry.touch, expression::tool_pose(cell, dual.clock), until);
   if (const auto wrench = wrench_in(options.until->node()); wrench != nullptr)
-    command.capture(entry.force, force(command::WrenchSensor(wrench)), until);
+    command.capture(entry.force, force(expression::WrenchSensor(wrench)), until);
   // Kept: where the motion is a part, its net runs on after it, and an action that has ended shows null.
   constexpr double kRounding = 1e-9;
   command.capture(entry.at_goal, action.progress(), is_greater(action.progress(), 1.0 - kRounding));
@@ -164,7 +165,7 @@ bool same_compliance(const PlanningContext& planning, const std::string& arm, co
 Diagnostics add_weaves(const Cell& cell, const ArmPlans& plans, DualEntryMotion& dual, MotionOptions& options) {
   const auto woven = [](const auto& weave) { return weave.has_value(); };
   if (std::ranges::none_of(plans.weaves, woven)) return {};
-  const command::MountedArm& arm = cell.arms.find(plans.arm)->second;
+  const expression::MountedArm& arm = cell.arms.find(plans.arm)->second;
   const auto plan = [&](const command::PlannedMotion& motion, const command::Weaves& weaves) {
     return command::plan_weaves(
         arm, {.motion = motion.motion.get(), .X_FM = motion.X_FM, .handed_over = motion.handed_over}, weaves);
@@ -217,7 +218,7 @@ GuardedOutcome outcome_of(const RunView& run, const GuardedEnd& end) {
   return {.kind = run.may_have_failed() && !end.broken && !end.no_force ? kSensorSilent : kInterrupted};
 }
 
-void add_last(const command::SubjectPtr& command, const BlendSource& motion, PlannedActivity& prepared) {
+void add_last(const expression::SubjectPtr& command, const BlendSource& motion, PlannedActivity& prepared) {
   for (auto& [arm, end_state] : prepared.end_states) end_state.last.push_back({command, motion});
 }
 

@@ -14,7 +14,7 @@ namespace takt::activity {
 
 /// A force offset over one motion and those after it.
 struct OffsetPlan {
-  command::RealSensor pressing;
+  expression::RealSensor pressing;
   command::ForceOffsetControlParameters parameters;
   std::size_t first = 0;  ///< of the motions that it is made of
 };
@@ -36,7 +36,7 @@ struct DualEntryMotion {
   std::map<std::string, Begin> begins = {};
   /// What must not hold while one of the motions that it is made of is being done: it brakes on its path then, and
   /// guarded_end() reports it. One for each motion, or none at all.
-  std::vector<std::optional<command::State>> abort_if = {};
+  std::vector<std::optional<expression::State>> abort_if = {};
   /// What is laid over it for either entry; nothing: the set points are those of the plan.
   std::optional<command::WeavePlan> weaves_from_rest = {}, weaves_from_blend = {};
   std::optional<OffsetPlan> offset = {};
@@ -48,7 +48,7 @@ struct ArmPlans {
   const motion::ArmModel& model;
   motion::SequencePlan from_rest;
   std::optional<motion::SequencePlan> from_blend;
-  std::vector<std::optional<command::State>> abort_if = {};
+  std::vector<std::optional<expression::State>> abort_if = {};
   command::Weaves weaves = {};  ///< of each of its motions; empty: none
   std::optional<OffsetPlan> offset = {};
 };

@@ -32,7 +32,7 @@ std::string sign_of_loss(const device::Gripper& gripper, const world::Hold& hold
 }
 
 /// It says so, and no step is unlocking it.
-bool has_let_go(const command::Cell& cell, const std::string& changer) {
+bool has_let_go(const expression::Cell& cell, const std::string& changer) {
   namespace terminal = device::changer_terminal;
   const auto coupled = cell.digital_inputs.find(fmt::format("{}/{}", changer, terminal::kCoupled));
   const auto lock = cell.digital_outputs.find(fmt::format("{}/{}", changer, terminal::kLock));
@@ -44,7 +44,7 @@ bool has_let_go(const command::Cell& cell, const std::string& changer) {
 }  // namespace
 
 void notice_lost_parts(Context& context) {
-  command::Cell& cell = context.cell;
+  expression::Cell& cell = context.cell;
   for (auto at = cell.held.begin(); at != cell.held.end();) {
     const auto [gripper, hold] = *at++;  // a copy: what follows may remove it
     const auto mounted = cell.grippers.find(gripper);
@@ -57,18 +57,18 @@ void notice_lost_parts(Context& context) {
     // Another gripper may hold it still: then it is where that one has it.
     const auto left = cell.let_go(gripper, Eigen::Isometry3d::Identity(), std::string(world::FrameGraph::kWorld));
     if (left && !hold.object.empty() && cell.holders_of(hold.object).empty()) cell.lose(hold.object);
-    command::tell_tool_settings(cell);
+    expression::tell_tool_settings(cell);
   }
 }
 
 void notice_lost_tools(Context& context) {
-  command::Cell& cell = context.cell;
+  expression::Cell& cell = context.cell;
   for (const auto& [name, changer] : cell.changers) {
     const std::string side = coupled_side(cell, name);
     if (side.empty() || !has_let_go(cell, name)) continue;
     context.event(name, "lost", fmt::format("'{}': it is not coupled any more", side));
     lose_coupled(cell, name);
-    command::tell_tool_settings(cell);
+    expression::tell_tool_settings(cell);
   }
 }
 

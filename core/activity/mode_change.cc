@@ -39,7 +39,7 @@ std::map<std::string, Needs, std::less<>> needs_of(const command::Command& comma
     for (const std::string& device : actuator.devices()) {
       Needs& own = needs[device];
       const bool compliant = std::ranges::any_of(
-          actuator.compliant_arms(), [&](const command::MountedArm* arm) { return arm->device->name() == device; });
+          actuator.compliant_arms(), [&](const expression::MountedArm* arm) { return arm->device->name() == device; });
       if (mode && compliant) {
         own.modes.insert(*mode);
       } else {
@@ -83,7 +83,7 @@ class SwitchMode final : public ActivityModel {
   [[nodiscard]] bool begins_alone() const override { return true; }
 
   [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    const command::MountedArm& arm = planning.cell.arms.find(arm_)->second;
+    const expression::MountedArm& arm = planning.cell.arms.find(arm_)->second;
     Diagnostics diagnostics = check_mode_change(*arm.device, arm.mode(), mode_);
     if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     PlannedActivity prepared;

@@ -23,11 +23,11 @@ using kinematics::JointVector;
 /// What the interpolation of a Cartesian piece can add to the accelerations of its plan.
 constexpr double kInterpolated = 1.05;
 
-std::optional<ArmTrack> track_of(const command::Cell& cell, const std::string& arm, const motion::Motion& motion,
+std::optional<ArmTrack> track_of(const expression::Cell& cell, const std::string& arm, const motion::Motion& motion,
                                  const motion::TimeLaw& law, const Eigen::Isometry3d& X_FM) {
   const auto mounted = cell.arms.find(arm);
   if (mounted == cell.arms.end()) return std::nullopt;
-  auto joints = motion::JointTrack::follow(command::planning_model(mounted->second, X_FM), motion, law);
+  auto joints = motion::JointTrack::follow(expression::planning_model(mounted->second, X_FM), motion, law);
   if (!joints) return std::nullopt;
   return ArmTrack{arm, std::move(*joints)};
 }
@@ -56,8 +56,8 @@ void add_arms_of(const CellShapes& shapes, const collision::State& state, const 
 }
 
 /// Where arms are that stand, and bodies of those of which nobody knows it.
-command::Places places_of(const PlanningContext& planning, std::set<std::string>& unknown) {
-  command::Places places;
+expression::Places places_of(const PlanningContext& planning, std::set<std::string>& unknown) {
+  expression::Places places;
   for (const auto& [name, arm] : planning.cell.arms) {
     const auto own = planning.predecessors.find(name);
     if (own != planning.predecessors.end() && own->second.at_end.q) {
@@ -76,7 +76,7 @@ class ActivityCheck {
  public:
   ActivityCheck(const PlannedActivity& planned, const PlanningContext& planning, std::string name)
       : planned_(planned), cell_(planning.cell), name_(std::move(name)) {
-    situation_ = believed_situation(cell_, places_of(planning, unknown_), command::measured_widths(cell_));
+    situation_ = believed_situation(cell_, places_of(planning, unknown_), expression::measured_widths(cell_));
     for (const auto& [actuator, before] : planning.predecessors) own_.insert(actuator);
   }
 
@@ -126,7 +126,7 @@ class ActivityCheck {
   }
 
   const PlannedActivity& planned_;
-  const command::Cell& cell_;
+  const expression::Cell& cell_;
   std::string name_;
   std::set<std::string> own_, unknown_;  ///< arms
   CellState situation_;
@@ -140,7 +140,7 @@ const CheckedMotion::Part& CheckedMotion::part_at(double time) const {
 }
 
 std::vector<ArmTrack> tracks_of(const command::PlannedMotion& motion, const command::ActuatorModel& actuator,
-                                const command::Cell& cell) {
+                                const expression::Cell& cell) {
   std::vector<std::string> devices = actuator.devices();
   std::erase_if(devices, [&cell](const std::string& name) { return !cell.arms.contains(name); });
   std::vector<ArmTrack> tracks;
@@ -155,13 +155,13 @@ std::vector<ArmTrack> tracks_of(const command::PlannedMotion& motion, const comm
 }
 
 CellState situation_before(const PlanningContext& planning) {
-  command::Places places;
+  expression::Places places;
   for (const auto& [name, arm] : planning.cell.arms) {
     const auto own = planning.predecessors.find(name);
     const bool ends = own != planning.predecessors.end() && own->second.at_end.q;
     places[name] = ends ? *own->second.at_end.q : arm.set_point().size() > 0 ? arm.set_point() : arm.start;
   }
-  return believed_situation(planning.cell, places, command::measured_widths(planning.cell));
+  return believed_situation(planning.cell, places, expression::measured_widths(planning.cell));
 }
 
 double width_around(const CellShapes& shapes, const CellState& situation, const std::string& gripper,
@@ -187,7 +187,7 @@ double width_around(const CellShapes& shapes, const CellState& situation, const 
   return high;
 }
 
-collision::Trajectory trajectory_of(const command::Cell& cell, std::vector<PlayedTrack> motions, double from,
+collision::Trajectory trajectory_of(const expression::Cell& cell, std::vector<PlayedTrack> motions, double from,
                                     double to) {
   const CellShapes& shapes = *cell.shapes;
   collision::Trajectory trajectory{.duration = to - from, .at = {}};
@@ -229,7 +229,7 @@ collision::Trajectory trajectory_of(const command::Cell& cell, std::vector<Playe
   return trajectory;
 }
 
-FirstTouch first_touch(const command::Cell& cell, const CellState& begin, const CheckedMotion& motion) {
+FirstTouch first_touch(const expression::Cell& cell, const CellState& begin, const CheckedMotion& motion) {
   FirstTouch touch{.time = motion.duration()};
   if (motion.touching.empty()) return touch;
   const CellShapes& shapes = *cell.shapes;

@@ -43,7 +43,7 @@ struct CheckedMotion {
 
 /// The arms of a planned motion. Empty: its joints cannot be followed.
 [[nodiscard]] std::vector<ArmTrack> tracks_of(const command::PlannedMotion& motion,
-                                              const command::ActuatorModel& actuator, const command::Cell& cell);
+                                              const command::ActuatorModel& actuator, const expression::Cell& cell);
 
 /// The cell as it is believed to be when an activity begins: its arms where what runs on them ends, all others where
 /// they are now. The cell has shapes.
@@ -59,7 +59,7 @@ struct PlayedTrack {
   double begin = 0.0, stops = 0.0;
 };
 /// What moves between two times (s), for check_motion(). It refers to the motions.
-[[nodiscard]] collision::Trajectory trajectory_of(const command::Cell& cell, std::vector<PlayedTrack> motions,
+[[nodiscard]] collision::Trajectory trajectory_of(const expression::Cell& cell, std::vector<PlayedTrack> motions,
                                                   double from, double to);
 
 /// What a guarded motion does before it may touch, and when it touches first: its duration where it does not.
@@ -67,7 +67,7 @@ struct FirstTouch {
   double time = 0.0;                          ///< s
   std::vector<collision::Hit> too_soon = {};  ///< touches before touch_from
 };
-[[nodiscard]] FirstTouch first_touch(const command::Cell& cell, const collision::CellState& begin,
+[[nodiscard]] FirstTouch first_touch(const expression::Cell& cell, const collision::CellState& begin,
                                      const CheckedMotion& motion);
 
 /// Two bodies that collide.

@@ -29,7 +29,7 @@ struct BlendingCondition {
 struct MotionOptions {
   BlendingCondition blend = {};  ///< into the motion after it; not with `until`
   /// The arm brakes on its path when this holds (or is unknown, row N3): a guarded motion.
-  std::optional<command::State> until = {};
+  std::optional<expression::State> until = {};
   bool must_touch = true;  ///< it fails where it comes to its goal and `until` has not held
   /// Compliance of the arm meanwhile; it has to be in that control mode. Default: as the arm is.
   std::optional<command::SpringParameters> compliance = {};

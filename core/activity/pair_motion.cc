@@ -12,14 +12,14 @@
 namespace takt::activity {
 namespace {
 
-using command::Cell;
+using expression::Cell;
 using kinematics::JointVector;
 using motion::ArmModel;
 
 constexpr double kSame = 1e-12;  ///< of poses that are handed on and never computed anew
 
 ArmModel model_of(const Cell& cell, const std::string& arm, const Eigen::Isometry3d& X_FM) {
-  return command::planning_model(cell.arms.find(arm)->second, X_FM);
+  return expression::planning_model(cell.arms.find(arm)->second, X_FM);
 }
 
 void add_blend(const PlanningContext& planning, const PairPlans& plans, motion::PairPlan plan, DualEntryMotion& dual) {
@@ -44,12 +44,12 @@ motion::ArmPair pair_of(const Cell& cell, const Grasp& grasp) {
 
 Result<Grasp> grasp_at(const Cell& cell, const std::string& leader, const std::string& follower,
                        const JointVector& q_leader, const JointVector& q_follower) {
-  if (moves(cell.frames, leader, follower)) {
+  if (expression::moves(cell.frames, leader, follower)) {
     return failure(Code::kUnknownPosition, "/follower",
                    fmt::format("the pose of '{}' relative to '{}' changes while a base drives", follower, leader),
                    "Name arms that are fixed in the cell, or on one base");
   }
-  const command::MountedArm &leads = cell.arms.find(leader)->second, &follows = cell.arms.find(follower)->second;
+  const expression::MountedArm &leads = cell.arms.find(leader)->second, &follows = cell.arms.find(follower)->second;
   const auto X_WL = cell.frames.pose(leader), X_WF = cell.frames.pose(follower);
   if (!X_WL) return std::unexpected(X_WL.error());
   if (!X_WF) return std::unexpected(X_WF.error());

@@ -19,12 +19,12 @@ struct Grasp {
 };
 
 /// As planners have them. It refers to the arms of the cell.
-[[nodiscard]] motion::ArmPair pair_of(const command::Cell& cell, const Grasp& grasp);
+[[nodiscard]] motion::ArmPair pair_of(const expression::Cell& cell, const Grasp& grasp);
 
 /// C is the leader's tool centre point, held as both are at these joints (rad or m). @return diagnostics: the arms
 /// can not be one, with "/follower".
-[[nodiscard]] Result<Grasp> grasp_at(const command::Cell& cell, const std::string& leader, const std::string& follower,
-                                     const kinematics::JointVector& q_leader,
+[[nodiscard]] Result<Grasp> grasp_at(const expression::Cell& cell, const std::string& leader,
+                                     const std::string& follower, const kinematics::JointVector& q_leader,
                                      const kinematics::JointVector& q_follower);
 
 /// A plan as the command layer carries it out, for arm_pair().
@@ -36,7 +36,7 @@ struct PairPlans {
   const Grasp& grasp;
   motion::PairPlan from_rest;
   std::optional<motion::PairPlan> from_blend;
-  std::vector<std::optional<command::State>> abort_if = {};
+  std::vector<std::optional<expression::State>> abort_if = {};
 };
 [[nodiscard]] PlannedActivity prepare_dual_entry(const PlanningContext& planning, PairPlans plans,
                                                  const MotionOptions& options);

@@ -39,8 +39,8 @@ Result<command::MappedCommand> mapped_net(const PlannedActivity& planned, const 
   return mapped;
 }
 
-std::unique_ptr<const command::Cell> copy_of(const command::Cell& cell) {
-  auto copy = std::make_unique<command::Cell>(cell);
+std::unique_ptr<const expression::Cell> copy_of(const expression::Cell& cell) {
+  auto copy = std::make_unique<expression::Cell>(cell);
   for (auto& [name, arm] : copy->arms) arm.told = {arm.set_point(), arm.tool(), arm.mode()};
   return copy;
 }

@@ -46,7 +46,7 @@ class PlanningJob {
 
   rcc::ControlCore& core_;
   ActivityPtr model_;
-  std::unique_ptr<const command::Cell> cell_;  ///< the copy; null: none was made
+  std::unique_ptr<const expression::Cell> cell_;  ///< the copy; null: none was made
   PlanningContext planning_;
   PlannedActivity planned_;
   command::MappedCommand mapped_;

@@ -14,7 +14,7 @@ namespace takt::activity {
 class RunPlanner {
  public:
   /// @param thread  null: the caller's thread plans
-  RunPlanner(rcc::ControlCore& core, const command::Cell& cell, const StartConditions::Options& options,
+  RunPlanner(rcc::ControlCore& core, const expression::Cell& cell, const StartConditions::Options& options,
              PlanningThread* thread)
       : core_(core), conditions_(core, cell, options), thread_(thread) {}
 

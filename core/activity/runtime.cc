@@ -20,7 +20,8 @@ namespace {
 
 }  // namespace
 
-Runtime::Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void()> run_cycle, const Options& options)
+Runtime::Runtime(rcc::ControlCore& core, expression::Cell& cell, std::function<void()> run_cycle,
+                 const Options& options)
     : core_(core),
       cell_(cell),
       run_cycle_(std::move(run_cycle)),
@@ -46,7 +47,7 @@ RunPtr Runtime::schedule(ActivityPtr model) {
     options_.before_activity(model->name());
     require_going();
   }
-  command::tell_tool_settings(cell_);  // what could not be told while something held the arm
+  expression::tell_tool_settings(cell_);  // what could not be told while something held the arm
   return begun_.emplace_back(scheduler_.schedule(std::move(model)));
 }
 
@@ -73,7 +74,7 @@ void Runtime::require_outside() const {
 
 void Runtime::step() {
   require_outside();
-  update_flange_frames(cell_);
+  expression::update_flange_frames(cell_);
   resume_coroutines();
   report_failures();
   scheduler_.poll();
@@ -197,7 +198,7 @@ void Runtime::write_speed(const std::string& arm, double rate) {
                    "declare_channels() before the first cycle");
 }
 
-Diagnostics declare_channels(rcc::ControlCore& core, command::Cell& cell) {
+Diagnostics declare_channels(rcc::ControlCore& core, expression::Cell& cell) {
   Diagnostics diagnostics;
   using Writer = device::ChannelDescription::Writer;
   const auto declare = [&](const device::ChannelDescription& description) {

@@ -47,15 +47,15 @@ class Runtime {
   };
   /// @param cell       devices and frames; see declare_channels()
   /// @param run_cycle  runs one cycle of the core, and of the simulation around it
-  Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void()> run_cycle, const Options& options);
-  Runtime(rcc::ControlCore& core, command::Cell& cell, std::function<void()> run_cycle)
+  Runtime(rcc::ControlCore& core, expression::Cell& cell, std::function<void()> run_cycle, const Options& options);
+  Runtime(rcc::ControlCore& core, expression::Cell& cell, std::function<void()> run_cycle)
       : Runtime(core, cell, std::move(run_cycle), Options{}) {}
   Runtime(const Runtime&) = delete;
   Runtime& operator=(const Runtime&) = delete;
 
   [[nodiscard]] rcc::ControlCore& core() { return core_; }
-  [[nodiscard]] command::Cell& cell() { return cell_; }
-  [[nodiscard]] const command::Cell& cell() const { return cell_; }
+  [[nodiscard]] expression::Cell& cell() { return cell_; }
+  [[nodiscard]] const expression::Cell& cell() const { return cell_; }
 
   RunPtr schedule(ActivityPtr model);
   /// One step of the loop. Throws ActivityError inside of a coroutine.
@@ -111,8 +111,8 @@ class Runtime {
   [[nodiscard]] When cycles(std::int64_t count);
 
   /// Of force/torque sensors, as they were tared: activities that are made later take them out.
-  [[nodiscard]] command::Biases& biases() { return context_.variables.biases; }
-  [[nodiscard]] const command::Biases& biases() const { return context_.variables.biases; }
+  [[nodiscard]] expression::Biases& biases() { return context_.variables.biases; }
+  [[nodiscard]] const expression::Biases& biases() const { return context_.variables.biases; }
 
   /// What operations of the program use when they have ended, as steps of a file do: touches, parts that are carried.
   [[nodiscard]] Context& context() { return context_; }
@@ -139,7 +139,7 @@ class Runtime {
   void poll_spawned();
 
   rcc::ControlCore& core_;
-  command::Cell& cell_;
+  expression::Cell& cell_;
   std::function<void()> run_cycle_;
   Options options_;
   Scheduler scheduler_;
@@ -156,6 +156,6 @@ class Runtime {
 };
 
 /// Declares the channels that the motions of a cell's arms use (docs/activity-layer.md). Before the first cycle.
-[[nodiscard]] Diagnostics declare_channels(rcc::ControlCore& core, command::Cell& cell);
+[[nodiscard]] Diagnostics declare_channels(rcc::ControlCore& core, expression::Cell& cell);
 
 }  // namespace takt::activity

@@ -24,7 +24,7 @@ struct RealtimeSupport {
 class Scheduler {
  public:
   using Options = StartConditions::Options;
-  Scheduler(rcc::ControlCore& core, const command::Cell& cell, const Options& options,
+  Scheduler(rcc::ControlCore& core, const expression::Cell& cell, const Options& options,
             const RealtimeSupport& realtime = {})
       : core_(core),
         cell_(cell),
@@ -95,7 +95,7 @@ class Scheduler {
   void give_up_followers(const ActivityRun& run);
 
   rcc::ControlCore& core_;
-  const command::Cell& cell_;
+  const expression::Cell& cell_;
   RunPlanner planner_;
   bool alone_ = false;
   const std::vector<rcc::Event>* events_;  ///< null: those of the core, of its last cycle

@@ -120,7 +120,7 @@ std::vector<ConcurrentMotion> StartConditions::motions_beside(
   return beside;
 }
 
-std::optional<double> StartConditions::begin_of(const ActivityRun& run, const command::SubjectPtr& command,
+std::optional<double> StartConditions::begin_of(const ActivityRun& run, const expression::SubjectPtr& command,
                                                 bool alone) const {
   const ActivityRun::Clock* clock = run.clock_of(command);
   if (run.state() == RunState::kRunning && clock != nullptr && clock->runs())

@@ -26,7 +26,7 @@ class StartConditions {
     std::int64_t lead_cycles = 4;     ///< in which it may be taken over
     bool checks_collisions = false;   ///< PlanningContext::checks_collisions
   };
-  StartConditions(rcc::ControlCore& core, const command::Cell& cell, const Options& options)
+  StartConditions(rcc::ControlCore& core, const expression::Cell& cell, const Options& options)
       : core_(core), cell_(cell), options_(options) {}
 
   /// @param runs  in the order in which they were asked for, `run` among them
@@ -45,7 +45,7 @@ class StartConditions {
 
  private:
   /// When a planned motion of a run begins, s from now; nothing: not known.
-  [[nodiscard]] std::optional<double> begin_of(const ActivityRun& run, const command::SubjectPtr& command,
+  [[nodiscard]] std::optional<double> begin_of(const ActivityRun& run, const expression::SubjectPtr& command,
                                                bool alone) const;
   [[nodiscard]] std::optional<Predecessor> predecessor(const std::string& actuator, const RunsBefore& before,
                                                        bool& wait) const;
@@ -53,7 +53,7 @@ class StartConditions {
   [[nodiscard]] std::optional<Predecessor::BlendOut> leaving(const ActivityRun& run, const EndState& end_state) const;
 
   rcc::ControlCore& core_;
-  const command::Cell& cell_;
+  const expression::Cell& cell_;
   Options options_;
 };
 

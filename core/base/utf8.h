@@ -16,4 +16,8 @@ namespace takt {
 /// `text` with U+FFFD in place of every byte that is not part of a UTF-8 character. Realtime: setup.
 [[nodiscard]] std::string to_valid_utf8(std::string_view text);
 
+/// What a device said, fit for one line of a terminal: control characters and DEL as "\x1b", every byte that is not
+/// part of a UTF-8 character as U+FFFD. Realtime: setup.
+[[nodiscard]] std::string escape_controls(std::string_view text);
+
 }  // namespace takt

@@ -21,7 +21,7 @@ struct PlannedMotion;
 /// What an action has put into its fragment.
 struct Contribution {
   SetPoint set_point;
-  Signal done;  ///< a port in the fragment: it has come to its end, or was cancelled and has come to rest
+  expression::Signal done;  ///< a port in the fragment: it has come to its end, or was cancelled and has come to rest
   std::string path_clock = {};  ///< of a planned motion: its PathClock in the fragment
   double duration = 0.0;        ///< of a planned motion, s
 };
@@ -46,15 +46,16 @@ class ActionModel {
   /// What is wrong with its figures for this actuator, which takes its kind of set points.
   [[nodiscard]] virtual Diagnostics check(const ActuatorModel&) const { return {}; }
   /// The formulas that it follows, for checks.
-  [[nodiscard]] virtual std::vector<ExpressionPtr> formulas() const { return {}; }
-  [[nodiscard]] virtual Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const = 0;
+  [[nodiscard]] virtual std::vector<expression::ExpressionPtr> formulas() const { return {}; }
+  [[nodiscard]] virtual Contribution add_to(expression::FragmentWriter& fragment,
+                                            const ActuatorModel& actuator) const = 0;
 
   /// Names of the states and values that it has beside "started", "completed": "error", "at_path", "progress".
   [[nodiscard]] virtual std::vector<std::string> states() const { return {}; }
   /// How many via points it passes, for `via_passed`; known once it is planned.
   [[nodiscard]] virtual int via_count() const { return 0; }
   /// Adds one of states(). @return its port in the fragment.
-  [[nodiscard]] virtual std::string add_state(FragmentWriter& fragment, const std::string& name,
+  [[nodiscard]] virtual std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
                                               const nlohmann::ordered_json& parameters) const;
 
   /// How long it takes from a cancel to rest, at most, s.
@@ -93,7 +94,7 @@ class ActionModel {
   /// @param q_start  of each arm of the actuator; of others that commands around this one move too, of size 0 where
   ///                 that depends on the run
   [[nodiscard]] virtual Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                        const Places& q_start) const;
+                                                                        const expression::Places& q_start) const;
 };
 
 /// What is to be done: LIN, PTP, set a value, grip, hold a force. A cheap value; its states speak of the one command
@@ -104,27 +105,27 @@ class Action {
 
   [[nodiscard]] const ActionModel& model() const { return *model_; }
   [[nodiscard]] std::shared_ptr<const ActionModel> shared_model() const { return model_; }
-  [[nodiscard]] const SubjectPtr& subject() const { return subject_; }
+  [[nodiscard]] const expression::SubjectPtr& subject() const { return subject_; }
 
-  [[nodiscard]] State started() const { return state("started"); }
+  [[nodiscard]] expression::State started() const { return state("started"); }
   /// It has come to its end, cancelled or not.
-  [[nodiscard]] State completed() const { return state("completed"); }
+  [[nodiscard]] expression::State completed() const { return state("completed"); }
   /// It cannot do what it should: no joints for a pose, a target that is gone, a part that was lost.
-  [[nodiscard]] State error() const { return state("error"); }
+  [[nodiscard]] expression::State error() const { return state("error"); }
   /// Of a motion: it is at or past this share of its path.
-  [[nodiscard]] State at_path(double fraction) const;
+  [[nodiscard]] expression::State at_path(double fraction) const;
   /// Of a motion through several points: it has passed point number `i`, from 0, by its blend.
-  [[nodiscard]] State via_passed(int i) const;
+  [[nodiscard]] expression::State via_passed(int i) const;
   /// Of a motion: how far on its path it is, 0 to 1; null while the command does not run.
-  [[nodiscard]] RealSensor progress() const;
+  [[nodiscard]] expression::RealSensor progress() const;
   /// A number that it shows, by name: of a grip its "width", m. Checks refuse one that the action does not have.
-  [[nodiscard]] RealSensor value(const std::string& name) const;
+  [[nodiscard]] expression::RealSensor value(const std::string& name) const;
   /// A state by name; checks refuse one that the action does not have.
-  [[nodiscard]] State state(const std::string& name) const;
+  [[nodiscard]] expression::State state(const std::string& name) const;
 
  private:
   std::shared_ptr<const ActionModel> model_;
-  SubjectPtr subject_;
+  expression::SubjectPtr subject_;
 };
 
 }  // namespace takt::command

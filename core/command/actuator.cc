@@ -32,7 +32,8 @@ Driver driver_in(std::optional<device::ControlMode> mode) {
 }
 
 /// What drives an arm in the fragment, in the mode of the set point and with its compliance.
-void add_driver(FragmentWriter& fragment, const std::string& id, const std::string& arm, const SetPoint& set_point) {
+void add_driver(expression::FragmentWriter& fragment, const std::string& id, const std::string& arm,
+                const SetPoint& set_point) {
   const Driver driver = driver_in(set_point.mode);
   Json parameters = {{"device", arm}};
   if (set_point.mode == device::ControlMode::kPosition) parameters["mode"] = std::string(name_of(*set_point.mode));
@@ -41,13 +42,14 @@ void add_driver(FragmentWriter& fragment, const std::string& id, const std::stri
   for (const char* port : driver.springs) set_point.feed(fragment, port, fmt::format("{}.{}", id, port));
 }
 
-std::optional<RealSensor> slower(const std::optional<RealSensor>& a, const std::optional<RealSensor>& b) {
-  if (a && b) return min(*a, *b);
+std::optional<expression::RealSensor> slower(const std::optional<expression::RealSensor>& a,
+                                             const std::optional<expression::RealSensor>& b) {
+  if (a && b) return expression::min(*a, *b);
   return a ? a : b;
 }
 
 /// The same of one arm, without the operator's override.
-std::optional<RealSensor> own_speed(const Cell& cell, const std::string& arm) {
+std::optional<expression::RealSensor> own_speed(const expression::Cell& cell, const std::string& arm) {
   const std::string name = speed_channel(arm);
   return cell.channels.contains(name) ? std::optional(channel<net::Real>(cell, name)) : std::nullopt;
 }
@@ -56,16 +58,20 @@ std::optional<RealSensor> own_speed(const Cell& cell, const std::string& arm) {
 /// pose.
 class ArmActuator final : public ActuatorModel {
  public:
-  ArmActuator(const Cell& cell, const std::string& name)
+  ArmActuator(const expression::Cell& cell, const std::string& name)
       : ActuatorModel(name),
         arm_(cell.arms.find(name)->second),
         speed_(own_speed(cell, name)),
-        states_{{"completed", near(measured_joints(cell, name), commanded_joints(cell, name), tolerance()) &&
-                                  is_less(largest(commanded_velocities(cell, name)), kStanding)},
-                {"emergency_stop", !State(read_resource(net::ValueType::kBoolean, "ArmState", "device", name,
-                                                        arm_.device, "ready", id_of("state", name)))}} {
+        states_{
+            {"completed", expression::near(expression::measured_joints(cell, name),
+                                           expression::commanded_joints(cell, name), tolerance()) &&
+                              is_less(expression::largest(expression::commanded_velocities(cell, name)), kStanding)},
+            {"emergency_stop",
+             !expression::State(expression::read_resource(net::ValueType::kBoolean, "ArmState", "device", name,
+                                                          arm_.device, "ready", expression::id_of("state", name)))}} {
     if (cell.override_channel.empty()) return;
-    const RealSensor by_operator = min(max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
+    const expression::RealSensor by_operator =
+        expression::min(expression::max(channel<net::Real>(cell, cell.override_channel), 0.0), 1.0);
     speed_ = speed_ ? *speed_ * by_operator : by_operator;
   }
 
@@ -75,14 +81,14 @@ class ArmActuator final : public ActuatorModel {
   [[nodiscard]] std::vector<device::ControlMode> modes() const override {
     return arm_.device->description().modes.modes;
   }
-  [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
-  [[nodiscard]] const MountedArm* arm() const override { return &arm_; }
-  [[nodiscard]] std::optional<RealSensor> speed() const override { return speed_; }
-  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+  [[nodiscard]] std::map<std::string, expression::State> states() const override { return states_; }
+  [[nodiscard]] const expression::MountedArm* arm() const override { return &arm_; }
+  [[nodiscard]] std::optional<expression::RealSensor> speed() const override { return speed_; }
+  [[nodiscard]] std::string add_invalid(expression::FragmentWriter& fragment) const override {
     return fragment.add_null_test("arm.q", net::ValueType::kJoints);
   }
 
-  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+  void add_consumer(expression::FragmentWriter& fragment, const SetPoint& set_point) const override {
     add_driver(fragment, "arm", name(), set_point);
     switch (set_point.kind) {
       case SetPointKind::kJoints:
@@ -115,7 +121,7 @@ class ArmActuator final : public ActuatorModel {
 
   /// Inverse kinematics that is active on Cartesian pieces only, so that it begins at the arm's set point whenever the
   /// path enters one; else the joints of the path.
-  void add_both_spaces(FragmentWriter& fragment, const SetPoint& set_point) const {
+  void add_both_spaces(expression::FragmentWriter& fragment, const SetPoint& set_point) const {
     net::FragmentDescription follow;
     follow.id = "follow_frame";
     follow.when_inactive = net::WhenInactive::kReset;
@@ -135,9 +141,9 @@ class ArmActuator final : public ActuatorModel {
     }
   }
 
-  MountedArm arm_;
-  std::optional<RealSensor> speed_;
-  std::map<std::string, State> states_;
+  expression::MountedArm arm_;
+  std::optional<expression::RealSensor> speed_;
+  std::map<std::string, expression::State> states_;
 };
 
 /// One of the joints of an arm. Which joints move is up to the action.
@@ -151,21 +157,21 @@ class JointActuator final : public ActuatorModel {
     return {SetPointKind::kJoints, SetPointKind::kPath};
   }
   [[nodiscard]] std::vector<device::ControlMode> modes() const override { return arm_.model().modes(); }
-  [[nodiscard]] std::map<std::string, State> states() const override { return arm_.model().states(); }
-  [[nodiscard]] const MountedArm* arm() const override { return arm_.model().arm(); }
+  [[nodiscard]] std::map<std::string, expression::State> states() const override { return arm_.model().states(); }
+  [[nodiscard]] const expression::MountedArm* arm() const override { return arm_.model().arm(); }
   [[nodiscard]] std::optional<int> joint() const override { return joint_; }
-  [[nodiscard]] std::optional<RealSensor> speed() const override { return arm_.model().speed(); }
+  [[nodiscard]] std::optional<expression::RealSensor> speed() const override { return arm_.model().speed(); }
   [[nodiscard]] std::optional<Diagnostic> fault() const override {
     if (auto missing_arm = arm_.model().fault()) return missing_arm;
     const Eigen::Index count = arm()->device->description().limits.velocity.size();
     if (joint_ >= 0 && joint_ < count) return std::nullopt;
-    return fault_of(Code::kOutOfRange, fmt::format("'{}' has no joint {}", arm_.name(), joint_),
-                    fmt::format("Choose 0 to {}", count - 1));
+    return expression::fault_of(Code::kOutOfRange, fmt::format("'{}' has no joint {}", arm_.name(), joint_),
+                                fmt::format("Choose 0 to {}", count - 1));
   }
-  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+  void add_consumer(expression::FragmentWriter& fragment, const SetPoint& set_point) const override {
     arm_.model().add_consumer(fragment, set_point);
   }
-  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+  [[nodiscard]] std::string add_invalid(expression::FragmentWriter& fragment) const override {
     return arm_.model().add_invalid(fragment);
   }
 
@@ -184,16 +190,16 @@ class ComposedActuator final : public ActuatorModel {
   [[nodiscard]] std::vector<std::string> devices() const override { return {}; }
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
   /// Completed: all of them are; in an emergency stop: one of them is.
-  [[nodiscard]] std::map<std::string, State> states() const override {
-    std::map<std::string, State> states = parts_.front().model().states();
+  [[nodiscard]] std::map<std::string, expression::State> states() const override {
+    std::map<std::string, expression::State> states = parts_.front().model().states();
     for (std::size_t i = 1; i < parts_.size(); ++i) {
       states.at("completed") = states.at("completed") && parts_[i].completed();
       states.at("emergency_stop") = states.at("emergency_stop") || parts_[i].emergency_stop();
     }
     return states;
   }
-  void add_consumer(FragmentWriter&, const SetPoint&) const override {}
-  [[nodiscard]] std::string add_invalid(FragmentWriter&) const override { return {}; }
+  void add_consumer(expression::FragmentWriter&, const SetPoint&) const override {}
+  [[nodiscard]] std::string add_invalid(expression::FragmentWriter&) const override { return {}; }
 
  private:
   std::vector<Actuator> parts_;
@@ -211,7 +217,7 @@ class PairActuator final : public ActuatorModel {
         states_{{"completed", leader.completed() && follower.completed()},
                 {"emergency_stop", leader.emergency_stop() || follower.emergency_stop()}} {
     if (leader.name() == follower.name())
-      fault_ = fault_of(Code::kDuplicate, fmt::format("'{}' twice", leader.name()), "Name two arms");
+      fault_ = expression::fault_of(Code::kDuplicate, fmt::format("'{}' twice", leader.name()), "Name two arms");
     for (const Actuator* arm : {&leader, &follower})
       if (auto fault = arm->model().fault(); fault && !fault_) fault_ = std::move(fault);
   }
@@ -226,19 +232,19 @@ class PairActuator final : public ActuatorModel {
     std::erase_if(both, [&](device::ControlMode mode) { return std::ranges::find(others, mode) == others.end(); });
     return both;
   }
-  [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
+  [[nodiscard]] std::map<std::string, expression::State> states() const override { return states_; }
   [[nodiscard]] std::optional<Diagnostic> fault() const override { return fault_; }
-  [[nodiscard]] std::vector<const MountedArm*> arms() const override {
-    return fault_ ? std::vector<const MountedArm*>() : arms_;
+  [[nodiscard]] std::vector<const expression::MountedArm*> arms() const override {
+    return fault_ ? std::vector<const expression::MountedArm*>() : arms_;
   }
-  [[nodiscard]] std::vector<const MountedArm*> compliant_arms() const override {
-    return is_carried_ && !fault_ ? std::vector<const MountedArm*>{arms_.back()} : arms();
+  [[nodiscard]] std::vector<const expression::MountedArm*> compliant_arms() const override {
+    return is_carried_ && !fault_ ? std::vector<const expression::MountedArm*>{arms_.back()} : arms();
   }
-  [[nodiscard]] std::optional<RealSensor> speed() const override {
+  [[nodiscard]] std::optional<expression::RealSensor> speed() const override {
     return slower(kept_.front().model().speed(), kept_.back().model().speed());
   }
 
-  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+  void add_consumer(expression::FragmentWriter& fragment, const SetPoint& set_point) const override {
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const SetPoint& part = set_point.parts.at(i);
       const std::string arm = fmt::format("arm_{}", i + 1), inverse = fmt::format("inverse_{}", i + 1);
@@ -256,7 +262,7 @@ class PairActuator final : public ActuatorModel {
     }
   }
 
-  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+  [[nodiscard]] std::string add_invalid(expression::FragmentWriter& fragment) const override {
     fragment.add("no_pair", "Or");
     fragment.link(fragment.add_null_test("arm_1.q", net::ValueType::kJoints), "no_pair.a");
     fragment.link(fragment.add_null_test("arm_2.q", net::ValueType::kJoints), "no_pair.b");
@@ -265,29 +271,30 @@ class PairActuator final : public ActuatorModel {
 
  private:
   std::vector<std::string> names_;
-  std::vector<const MountedArm*> arms_;
+  std::vector<const expression::MountedArm*> arms_;
   std::vector<Actuator> kept_;  ///< who owns them
   bool is_carried_;             ///< the first one carries the second
-  std::map<std::string, State> states_;
+  std::map<std::string, expression::State> states_;
   std::optional<Diagnostic> fault_;
 };
 
 class GripperActuator final : public ActuatorModel {
  public:
-  GripperActuator(const Cell& cell, const std::string& name)
+  GripperActuator(const expression::Cell& cell, const std::string& name)
       : ActuatorModel(name),
         gripper_(cell.grippers.find(name)->second.device),
-        states_{{"completed", !gripper_state(cell, name, "moving")},
-                {"emergency_stop", !State(read_resource(net::ValueType::kBoolean, "GripperState", "device", name,
-                                                        gripper_, "ready", id_of("gripper", name)))}} {}
+        states_{{"completed", !expression::gripper_state(cell, name, "moving")},
+                {"emergency_stop", !expression::State(expression::read_resource(
+                                       net::ValueType::kBoolean, "GripperState", "device", name, gripper_, "ready",
+                                       expression::id_of("gripper", name)))}} {}
   [[nodiscard]] const device::GripperDescription* gripper() const override { return &gripper_->description(); }
-  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+  [[nodiscard]] std::string add_invalid(expression::FragmentWriter& fragment) const override {
     return fragment.add_null_test("command.width", net::ValueType::kReal);
   }
 
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {SetPointKind::kGrip}; }
-  [[nodiscard]] std::map<std::string, State> states() const override { return states_; }
-  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+  [[nodiscard]] std::map<std::string, expression::State> states() const override { return states_; }
+  void add_consumer(expression::FragmentWriter& fragment, const SetPoint& set_point) const override {
     fragment.add("command", "GripperCommand", {{"device", name()}});
     for (const char* port : {"width", "speed", "force"}) {
       set_point.feed(fragment, port, std::string("command.") + port);
@@ -296,13 +303,13 @@ class GripperActuator final : public ActuatorModel {
 
  private:
   device::Gripper* gripper_;
-  std::map<std::string, State> states_;
+  std::map<std::string, expression::State> states_;
 };
 
 /// A digital or an analog output. It has a value one cycle after it was sent.
 class OutputActuator final : public ActuatorModel {
  public:
-  OutputActuator(const Cell& cell, const std::string& name)
+  OutputActuator(const expression::Cell& cell, const std::string& name)
       : ActuatorModel(name),
         digital_(cell.digital_outputs.contains(name)),
         analog_(digital_ ? nullptr : cell.analog_outputs.find(name)->second),
@@ -310,33 +317,34 @@ class OutputActuator final : public ActuatorModel {
   [[nodiscard]] const device::SignalOutputDescription<double>* analog_output() const override {
     return analog_ == nullptr ? nullptr : &analog_->description();
   }
-  [[nodiscard]] std::string add_invalid(FragmentWriter& fragment) const override {
+  [[nodiscard]] std::string add_invalid(expression::FragmentWriter& fragment) const override {
     return fragment.add_null_test("output.value", digital_ ? net::ValueType::kBoolean : net::ValueType::kReal);
   }
 
   [[nodiscard]] std::vector<SetPointKind> takes() const override {
     return {digital_ ? SetPointKind::kBoolean : SetPointKind::kReal};
   }
-  [[nodiscard]] std::map<std::string, State> states() const override {
+  [[nodiscard]] std::map<std::string, expression::State> states() const override {
     return {{"completed", ready_}, {"emergency_stop", !ready_}};
   }
-  void add_consumer(FragmentWriter& fragment, const SetPoint& set_point) const override {
+  void add_consumer(expression::FragmentWriter& fragment, const SetPoint& set_point) const override {
     fragment.add("output", digital_ ? "DigitalOutput" : "AnalogOutput", {{"device", name()}});
     set_point.feed(fragment, "value", "output.value");
   }
 
  private:
-  static State ready(const Cell& cell, const std::string& name, bool digital) {
+  static expression::State ready(const expression::Cell& cell, const std::string& name, bool digital) {
     net::Resource* device = nullptr;
     if (digital) device = cell.digital_outputs.find(name)->second;
     if (!digital) device = cell.analog_outputs.find(name)->second;
-    return State(read_resource(net::ValueType::kBoolean, digital ? "DigitalOutputState" : "AnalogOutputState", "device",
-                               name, device, "ready", id_of("output", name)));
+    return expression::State(expression::read_resource(net::ValueType::kBoolean,
+                                                       digital ? "DigitalOutputState" : "AnalogOutputState", "device",
+                                                       name, device, "ready", expression::id_of("output", name)));
   }
 
   bool digital_;
   device::AnalogOutput* analog_;
-  State ready_;
+  expression::State ready_;
 };
 
 /// Stands for a device that the cell does not have.
@@ -344,16 +352,17 @@ class MissingActuator final : public ActuatorModel {
  public:
   MissingActuator(const std::string& what, const std::string& name, const std::vector<std::string>& names)
       : ActuatorModel(name),
-        fault_(fault_of(Code::kUnknownName, fmt::format("there is no {} '{}'", what, name),
-                        names.empty() ? "the cell has none" : nearest_choice(name, names))) {}
+        fault_(expression::fault_of(Code::kUnknownName, fmt::format("there is no {} '{}'", what, name),
+                                    names.empty() ? "the cell has none" : nearest_choice(name, names))) {}
   MissingActuator(std::string name, Diagnostic why) : ActuatorModel(std::move(name)), fault_(std::move(why)) {}
   [[nodiscard]] std::vector<SetPointKind> takes() const override { return {}; }
-  [[nodiscard]] std::map<std::string, State> states() const override {
-    const State never(broken(fault_.code, net::ValueType::kBoolean, fault_.message, fault_.hint));
+  [[nodiscard]] std::map<std::string, expression::State> states() const override {
+    const expression::State never(
+        expression::broken(fault_.code, net::ValueType::kBoolean, fault_.message, fault_.hint));
     return {{"completed", never}, {"emergency_stop", never}};
   }
-  void add_consumer(FragmentWriter&, const SetPoint&) const override {}
-  [[nodiscard]] std::string add_invalid(FragmentWriter&) const override { return {}; }
+  void add_consumer(expression::FragmentWriter&, const SetPoint&) const override {}
+  [[nodiscard]] std::string add_invalid(expression::FragmentWriter&) const override { return {}; }
   [[nodiscard]] std::optional<Diagnostic> fault() const override { return fault_; }
 
  private:
@@ -366,7 +375,8 @@ void add_names(const Map& map, std::vector<std::string>& names) {
 }
 
 template <class Model>
-Actuator make(const Cell& cell, const std::string& name, const char* what, const std::vector<std::string>& names) {
+Actuator make(const expression::Cell& cell, const std::string& name, const char* what,
+              const std::vector<std::string>& names) {
   if (std::ranges::find(names, name) != names.end()) return Actuator(std::make_shared<const Model>(cell, name));
   return Actuator(std::make_shared<const MissingActuator>(what, name, names));
 }
@@ -375,8 +385,9 @@ Actuator make(const Cell& cell, const std::string& name, const char* what, const
 
 std::vector<Actuator> ActuatorModel::parts() const { return {}; }
 
-std::vector<const MountedArm*> ActuatorModel::arms() const {
-  return arm() == nullptr ? std::vector<const MountedArm*>() : std::vector<const MountedArm*>{arm()};
+std::vector<const expression::MountedArm*> ActuatorModel::arms() const {
+  return arm() == nullptr ? std::vector<const expression::MountedArm*>()
+                          : std::vector<const expression::MountedArm*>{arm()};
 }
 
 std::string_view name_of(SetPointKind kind) {
@@ -385,7 +396,7 @@ std::string_view name_of(SetPointKind kind) {
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
-void SetPoint::feed(FragmentWriter& fragment, std::string_view name, const std::string& to) const {
+void SetPoint::feed(expression::FragmentWriter& fragment, std::string_view name, const std::string& to) const {
   if (const auto port = ports.find(name); port != ports.end()) return fragment.link(port->second, to);
   if (const auto sensor = sensors.find(name); sensor != sensors.end()) return fragment.feed(sensor->second, to);
   const auto constant = constants.find(name);
@@ -394,41 +405,43 @@ void SetPoint::feed(FragmentWriter& fragment, std::string_view name, const std::
   fragment.set_parameter(to.substr(0, dot), to.substr(dot + 1), constant->second);
 }
 
-State Actuator::completed() const { return model_->states().at("completed"); }
-State Actuator::invalid_set_point() const {
-  const auto subject = std::make_shared<const Subject>(Subject{Subject::Kind::kActuator, name()});
-  return State(leaf(net::ValueType::kBoolean, subject, "invalid_set_point"));
+expression::State Actuator::completed() const { return model_->states().at("completed"); }
+expression::State Actuator::invalid_set_point() const {
+  const auto subject =
+      std::make_shared<const expression::Subject>(expression::Subject{expression::Subject::Kind::kActuator, name()});
+  return expression::State(expression::leaf(net::ValueType::kBoolean, subject, "invalid_set_point"));
 }
-State Actuator::emergency_stop() const { return model_->states().at("emergency_stop"); }
+expression::State Actuator::emergency_stop() const { return model_->states().at("emergency_stop"); }
 
 std::string speed_channel(const std::string& arm) { return arm + ".speed"; }
 
-Actuator arm(const Cell& cell, const std::string& name) {
+Actuator arm(const expression::Cell& cell, const std::string& name) {
   std::vector<std::string> names;
   add_names(cell.arms, names);
   return make<ArmActuator>(cell, name, "arm", names);
 }
 
-Actuator joint(const Cell& cell, const std::string& name, int index) {
+Actuator joint(const expression::Cell& cell, const std::string& name, int index) {
   return Actuator(std::make_shared<const JointActuator>(arm(cell, name), index));
 }
 
 Actuator composed(std::string name, const std::vector<Actuator>& parts) {
   if (parts.empty()) {
-    Diagnostic nothing = fault_of(Code::kMissing, fmt::format("'{}' has no parts", name), "Name at least one actuator");
+    Diagnostic nothing =
+        expression::fault_of(Code::kMissing, fmt::format("'{}' has no parts", name), "Name at least one actuator");
     return missing(std::move(name), std::move(nothing));
   }
   return Actuator(std::make_shared<const ComposedActuator>(std::move(name), parts));
 }
 
-Actuator arm_pair(const Cell& cell, const std::string& leader, const std::string& follower) {
+Actuator arm_pair(const expression::Cell& cell, const std::string& leader, const std::string& follower) {
   return Actuator(std::make_shared<const PairActuator>(arm(cell, leader), arm(cell, follower)));
 }
-Actuator carried_pair(const Cell& cell, const std::string& base, const std::string& rider) {
+Actuator carried_pair(const expression::Cell& cell, const std::string& base, const std::string& rider) {
   return Actuator(std::make_shared<const PairActuator>(arm(cell, base), arm(cell, rider), true));
 }
 
-Actuator gripper(const Cell& cell, const std::string& name) {
+Actuator gripper(const expression::Cell& cell, const std::string& name) {
   std::vector<std::string> names;
   add_names(cell.grippers, names);
   return make<GripperActuator>(cell, name, "gripper", names);
@@ -438,7 +451,7 @@ Actuator missing(std::string name, Diagnostic why) {
   return Actuator(std::make_shared<const MissingActuator>(std::move(name), std::move(why)));
 }
 
-Actuator output(const Cell& cell, const std::string& name) {
+Actuator output(const expression::Cell& cell, const std::string& name) {
   std::vector<std::string> names;
   add_names(cell.digital_outputs, names);
   add_names(cell.analog_outputs, names);

@@ -17,35 +17,37 @@ class AwaitedStarts {
  public:
   /// What the mapping knows of the commands of the tree.
   struct Life {
-    std::function<Signal(int)> started, running;
-    std::function<Signal(const CommandTree::Handler&)> called_off;  ///< of a start: it will not happen any more
-    std::function<Signal(const CommandTree::Handler&)> held;        ///< of a handler on leaving: its state has held
+    std::function<expression::Signal(int)> started, running;
+    std::function<expression::Signal(const CommandTree::Handler&)>
+        called_off;  ///< of a start: it will not happen any more
+    std::function<expression::Signal(const CommandTree::Handler&)>
+        held;  ///< of a handler on leaving: its state has held
   };
-  AwaitedStarts(const CommandTree& tree, NetWriter& writer, Life life)
+  AwaitedStarts(const CommandTree& tree, expression::NetWriter& writer, Life life)
       : tree_(tree), writer_(writer), life_(std::move(life)) {}
 
   /// Command `i` has not started, and one of its handlers may still start it.
-  [[nodiscard]] Signal awaited(int i);
+  [[nodiscard]] expression::Signal awaited(int i);
 
   /// The commands whose end is an event itself: a handler of one around it reacts when one of its states that end with
   /// it is left. So what is around has to last one cycle longer.
   [[nodiscard]] static std::set<int> heard_ends(const CommandTree& tree);
 
  private:
-  [[nodiscard]] Signal may_happen(const CommandTree::Handler& h);
-  [[nodiscard]] Signal may_be(const ExpressionPtr& state, bool value, int transaction);
-  [[nodiscard]] Signal may_gate(const Expression& gate, bool value, int transaction, bool all);
-  [[nodiscard]] Signal leaf_may_be(const Expression& leaf, bool value, int transaction);
-  [[nodiscard]] Signal may_be_raised(const Expression& leaf, int transaction);
-  [[nodiscard]] Signal alive(int i, int transaction);
-  [[nodiscard]] Signal speaker_alive(const SubjectPtr& subject, int transaction);
+  [[nodiscard]] expression::Signal may_happen(const CommandTree::Handler& h);
+  [[nodiscard]] expression::Signal may_be(const expression::ExpressionPtr& state, bool value, int transaction);
+  [[nodiscard]] expression::Signal may_gate(const expression::Expression& gate, bool value, int transaction, bool all);
+  [[nodiscard]] expression::Signal leaf_may_be(const expression::Expression& leaf, bool value, int transaction);
+  [[nodiscard]] expression::Signal may_be_raised(const expression::Expression& leaf, int transaction);
+  [[nodiscard]] expression::Signal alive(int i, int transaction);
+  [[nodiscard]] expression::Signal speaker_alive(const expression::SubjectPtr& subject, int transaction);
 
   const CommandTree& tree_;
-  NetWriter& writer_;
+  expression::NetWriter& writer_;
   Life life_;
-  std::map<int, Signal> awaited_;
-  std::set<int> open_;                ///< being written: the graph of starts has no cycle, states of transactions may
-  std::set<const Subject*> raising_;  ///< states that raise each other
+  std::map<int, expression::Signal> awaited_;
+  std::set<int> open_;  ///< being written: the graph of starts has no cycle, states of transactions may
+  std::set<const expression::Subject*> raising_;  ///< states that raise each other
 };
 
 }  // namespace takt::command

@@ -7,7 +7,7 @@ namespace takt::command {
 namespace {
 
 /// The state holds because the command is cancelled. @param value  of the part of a formula that counts
-bool needs_cancel_of(const ExpressionPtr& state, const SubjectPtr& command, bool value) {
+bool needs_cancel_of(const expression::ExpressionPtr& state, const expression::SubjectPtr& command, bool value) {
   if (state->subject) return value && state->subject == command && state->output == "cancelled";
   const bool inverts = state->primitive.type == "Not";
   return std::ranges::any_of(state->inputs, [&](const auto& input) {
@@ -41,7 +41,7 @@ bool CancelScope::waits_for_cancel(const CommandTree::Handler& h) const {
 /// The commands directly inside of the handler's transaction that it speaks of, or of something in them.
 std::vector<int> CancelScope::branches_of(const CommandTree::Handler& h) const {
   std::vector<int> branches;
-  for (const SubjectPtr& subject : subjects_of(h.handler->state.node())) {
+  for (const expression::SubjectPtr& subject : expression::subjects_of(h.handler->state.node())) {
     int branch = tree_.find(subject);
     if (branch <= h.owner || !tree_.is_inside(branch, h.owner)) continue;
     while (tree_.at(branch).parent != h.owner) branch = tree_.at(branch).parent;

@@ -26,7 +26,7 @@ std::uint32_t leading_number(std::string_view text, bool may_be_cut, std::size_t
 
 }  // namespace
 
-std::string cause_text(const net::Cause& cause, const Cell& cell) {
+std::string cause_text(const net::Cause& cause, const expression::Cell& cell) {
   const std::string_view text = cause.text.view();
   if (cause.code != net::Cause::Code::kDevice) return std::string(text);
   // In the cycle there is room for a number only. It is looked up as it was then: the device may be well again.

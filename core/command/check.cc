@@ -24,7 +24,7 @@ constexpr double kLongestTime = 1e6;  ///< s: what timers take
 
 /// Of several arms the one that does not have the mode.
 std::string without_mode(const ActuatorModel& actuator, device::ControlMode mode) {
-  for (const MountedArm* arm : actuator.compliant_arms()) {
+  for (const expression::MountedArm* arm : actuator.compliant_arms()) {
     const bool one_of_many = actuator.arms().size() > 1;
     if (one_of_many && !arm->device->description().modes.has(mode)) return arm->device->name();
   }
@@ -95,7 +95,7 @@ class Checker {
     if (const auto fault = actuator.fault())
       return diagnostics_.error(fault->code, path(i) + fault->pointer, fault->message, fault->hint);
     const ActionModel& action = node(i).model();
-    for (const ExpressionPtr& formula : action.formulas()) formulas_.check(formula, path(i));
+    for (const expression::ExpressionPtr& formula : action.formulas()) formulas_.check(formula, path(i));
     if (const auto speed = actuator.speed()) formulas_.check(speed->node(), path(i));
     const auto takes = actuator.takes();
     const SetPointKind gives = action.gives(actuator);
@@ -141,7 +141,7 @@ class Checker {
   }
 
   void check_transaction(int i) {
-    for (const SubjectPtr& target : node(i).cancel_policy.targets) {
+    for (const expression::SubjectPtr& target : node(i).cancel_policy.targets) {
       const int child = tree_.find(target);
       if (child >= 0 && tree_.at(child).parent == i) continue;
       error(Code::kInvalidValue, path(i), "C4",
@@ -191,7 +191,7 @@ class Checker {
   /// The commands directly inside that the handler speaks of.
   std::set<int> needed_by(int h, int transaction) const {
     std::set<int> needs;
-    for (const SubjectPtr& subject : subjects_of(tree_.handler(h).handler->state.node())) {
+    for (const expression::SubjectPtr& subject : expression::subjects_of(tree_.handler(h).handler->state.node())) {
       int of = tree_.find(subject);
       while (of >= 0 && tree_.at(of).parent != transaction) of = tree_.at(of).parent;
       if (of >= 0) needs.insert(of);

@@ -10,8 +10,11 @@
 namespace takt::command {
 
 RaisedState::RaisedState(std::string name)
-    : subject_(std::make_shared<const Subject>(Subject{Subject::Kind::kRaised, std::move(name)})) {}
-State RaisedState::state() const { return State(leaf(net::ValueType::kBoolean, subject_, "raised")); }
+    : subject_(std::make_shared<const expression::Subject>(
+          expression::Subject{expression::Subject::Kind::kRaised, std::move(name)})) {}
+expression::State RaisedState::state() const {
+  return expression::State(expression::leaf(net::ValueType::kBoolean, subject_, "raised"));
+}
 
 Effect start(const Command& command) { return {.kind = Effect::Kind::kStart, .target = command.subject()}; }
 Effect stop(const Command& command) { return {.kind = Effect::Kind::kStop, .target = command.subject()}; }
@@ -22,16 +25,17 @@ Effect external(std::string name, ExternalHandler handler) {
 }
 
 Command::Command(std::string name) : node_(std::make_shared<CommandNode>()) {
-  node_->subject = std::make_shared<const Subject>(Subject{Subject::Kind::kCommand, name});
+  node_->subject =
+      std::make_shared<const expression::Subject>(expression::Subject{expression::Subject::Kind::kCommand, name});
   node_->name = std::move(name);
 }
 
-Command& Command::on_entered(State state, Effect effect, Trigger trigger) {
+Command& Command::on_entered(expression::State state, Effect effect, Trigger trigger) {
   node_->handlers.push_back({std::move(state), true, std::move(effect), trigger});
   return *this;
 }
 
-Command& Command::on_left(State state, Effect effect, Trigger trigger) {
+Command& Command::on_left(expression::State state, Effect effect, Trigger trigger) {
   node_->handlers.push_back({std::move(state), false, std::move(effect), trigger});
   return *this;
 }
@@ -40,12 +44,12 @@ std::string scoped_name(const std::string& part, const std::string& observation)
   return part.empty() || observation.starts_with('/') ? part + observation : part + " " + observation;
 }
 
-Command& Command::fails_if(const State& state) {
+Command& Command::fails_if(const expression::State& state) {
   node_->fails_if = node_->fails_if ? *node_->fails_if || state : state;
   return *this;
 }
 
-Command& Command::observe_node(std::string name, ExpressionPtr value, ExpressionPtr when) {
+Command& Command::observe_node(std::string name, expression::ExpressionPtr value, expression::ExpressionPtr when) {
   node_->observations.push_back({std::move(name), std::move(value), std::move(when)});
   return *this;
 }
@@ -68,11 +72,12 @@ Actuator part_for(const Actuator& actuator, const ActionModel& action) {
   return missing(
       actuator.name(),
       takers.empty()
-          ? fault_of(Code::kUnsupported, fmt::format("no part of '{}' accepts {}", actuator.name(), action.name()),
-                     "Give an action for one of its parts")
-          : fault_of(Code::kConflict,
-                     fmt::format("{} parts of '{}' take {}", takers.size(), actuator.name(), action.name()),
-                     fmt::format("Name one of {}", fmt::join(takers, ", "))));
+          ? expression::fault_of(Code::kUnsupported,
+                                 fmt::format("no part of '{}' accepts {}", actuator.name(), action.name()),
+                                 "Give an action for one of its parts")
+          : expression::fault_of(Code::kConflict,
+                                 fmt::format("{} parts of '{}' take {}", takers.size(), actuator.name(), action.name()),
+                                 fmt::format("Name one of {}", fmt::join(takers, ", "))));
 }
 
 /// Whether `inner` is `outer` or inside of it.
@@ -86,14 +91,14 @@ bool is_inside(const CommandNode& inner, const CommandNode& outer) {
 namespace {
 
 /// Nothing: it moves no arm whose motions people can hold.
-std::optional<State> paused_of(const CommandNode& node) {
+std::optional<expression::State> paused_of(const CommandNode& node) {
   if (node.is_runtime()) {
     const auto speed = node.actuator->model().speed();
     if (!speed) return std::nullopt;
-    return State(leaf(net::ValueType::kBoolean, node.subject, "active")) &&
-           (is_null(*speed) || !is_greater(*speed, 0.0));
+    return expression::State(expression::leaf(net::ValueType::kBoolean, node.subject, "active")) &&
+           (expression::is_null(*speed) || !expression::is_greater(*speed, 0.0));
   }
-  std::optional<State> any;
+  std::optional<expression::State> any;
   for (const auto& child : node.children) {
     const auto one = paused_of(*child);
     if (one) any = any ? *any || *one : *one;
@@ -103,11 +108,11 @@ std::optional<State> paused_of(const CommandNode& node) {
 
 }  // namespace
 
-State Command::paused() const {
+expression::State Command::paused() const {
   if (auto state = paused_of(*node_)) return *state;
-  return State(broken(Code::kInvalidValue, net::ValueType::kBoolean,
-                      fmt::format("C8: '{}' moves no arm, so it is never paused", name()),
-                      "Watch a command that moves an arm whose speed has a channel"));
+  return expression::State(expression::broken(Code::kInvalidValue, net::ValueType::kBoolean,
+                                              fmt::format("C8: '{}' moves no arm, so it is never paused", name()),
+                                              "Watch a command that moves an arm whose speed has a channel"));
 }
 
 RuntimeCommand::RuntimeCommand(std::string name, Actuator actuator, Action action) : Command(std::move(name)) {
@@ -116,7 +121,8 @@ RuntimeCommand::RuntimeCommand(std::string name, Actuator actuator, Action actio
 }
 
 WaitCommand::WaitCommand(std::string name, double seconds) : Command(std::move(name)) { node()->seconds = seconds; }
-WaitCommand::WaitCommand(std::string name, State until, std::optional<double> timeout) : Command(std::move(name)) {
+WaitCommand::WaitCommand(std::string name, expression::State until, std::optional<double> timeout)
+    : Command(std::move(name)) {
   node()->until = std::move(until);
   node()->seconds = timeout;
 }

@@ -28,19 +28,19 @@ using ExternalHandler = std::function<void(const ExternalEvent&)>;
 class RaisedState {
  public:
   explicit RaisedState(std::string name);
-  [[nodiscard]] State state() const;
-  [[nodiscard]] const SubjectPtr& subject() const { return subject_; }
+  [[nodiscard]] expression::State state() const;
+  [[nodiscard]] const expression::SubjectPtr& subject() const { return subject_; }
 
  private:
-  SubjectPtr subject_;
+  expression::SubjectPtr subject_;
 };
 
 /// What happens when an event does.
 struct Effect {
   enum class Kind : std::uint8_t { kStart, kStop, kCancel, kRaise, kExternal };
   Kind kind = Kind::kCancel;
-  SubjectPtr target = {};         ///< a command or a raised state
-  std::string name = {};          ///< of the external effect
+  expression::SubjectPtr target = {};  ///< a command or a raised state
+  std::string name = {};               ///< of the external effect
   ExternalHandler external = {};  ///< called between cycles by who runs the command, not in the cycle; may be empty
 };
 [[nodiscard]] Effect start(const Command& command);
@@ -59,7 +59,7 @@ struct Trigger {
 /// command becomes active counts as entered in that cycle. Null counts as entered, and as left, where the effect is
 /// stop or cancel (row N3): a dead sensor does not switch a guard off; elsewhere it is no event.
 struct EventHandler {
-  State state;
+  expression::State state;
   bool entered = true;
   Effect effect;
   Trigger trigger;
@@ -75,14 +75,14 @@ struct CancelPolicy {
     kIgnore      ///< nothing happens but what handlers on the transaction's `cancelled` do
   };
   Kind kind = Kind::kForward;
-  std::vector<SubjectPtr> targets;
+  std::vector<expression::SubjectPtr> targets;
 };
 
 /// A value that people or the program want to see: as it is, or as it was when a state was first entered.
 struct Observation {
   std::string name;
-  ExpressionPtr value;
-  ExpressionPtr when;  ///< a Boolean; null: always
+  expression::ExpressionPtr value;
+  expression::ExpressionPtr when;  ///< a Boolean; null: always
 };
 
 /// The name under which a part of a composition observes something: "/1" and "touch" are "/1 touch", "/1" and
@@ -92,10 +92,10 @@ struct Observation {
 /// What a command is made of; for checks and the mapping. Kind by what is set: action, wait, or neither: a transaction.
 struct CommandNode {
   std::string name;
-  SubjectPtr subject;
+  expression::SubjectPtr subject;
   std::vector<EventHandler> handlers;
   std::vector<Observation> observations;
-  std::optional<State> fails_if;
+  std::optional<expression::State> fails_if;
   std::string part;  ///< of a composition, "/1": what is observed in it has this before its name (scoped_name())
   // Runtime.
   std::optional<Actuator> actuator;
@@ -103,7 +103,7 @@ struct CommandNode {
   std::shared_ptr<const ActionModel> planned;  ///< the action, once it is planned
   // Wait.
   std::optional<double> seconds;
-  std::optional<State> until;
+  std::optional<expression::State> until;
   // Transaction.
   std::vector<std::shared_ptr<CommandNode>> children;
   std::vector<bool> started_with;  ///< per child: it starts in the cycle in which the transaction does
@@ -124,55 +124,55 @@ struct CommandNode {
 class Command {
  public:
   [[nodiscard]] const std::string& name() const { return node_->name; }
-  [[nodiscard]] const SubjectPtr& subject() const { return node_->subject; }
+  [[nodiscard]] const expression::SubjectPtr& subject() const { return node_->subject; }
   [[nodiscard]] const std::shared_ptr<CommandNode>& node() const { return node_; }
 
   // States. "Completed": it ended in order, by itself or after a cancel, and has not failed. "Failed": it ended in
   // order and fails_if() held; a wait whose time was over; a transaction in which something has failed. "Cancelled":
   // from the cycle of the request on. "Stopped": a stop has ended it; what moves an arm rests by then.
-  [[nodiscard]] State started() const { return state("started"); }
-  [[nodiscard]] State active() const { return state("active"); }
-  [[nodiscard]] State completed() const { return state("completed"); }
-  [[nodiscard]] State failed() const { return state("failed"); }
-  [[nodiscard]] State stopped() const { return state("stopped"); }
-  [[nodiscard]] State cancelled() const { return state("cancelled"); }
+  [[nodiscard]] expression::State started() const { return state("started"); }
+  [[nodiscard]] expression::State active() const { return state("active"); }
+  [[nodiscard]] expression::State completed() const { return state("completed"); }
+  [[nodiscard]] expression::State failed() const { return state("failed"); }
+  [[nodiscard]] expression::State stopped() const { return state("stopped"); }
+  [[nodiscard]] expression::State cancelled() const { return state("cancelled"); }
   /// It is active, and people hold the arms that it moves still: their speed is 0 (ActuatorModel::speed()), or unknown.
   /// From the cycle on in which they want that: the arms brake then. Of a transaction: one of the commands that it has
   /// when this is called.
-  [[nodiscard]] State paused() const;
+  [[nodiscard]] expression::State paused() const;
 
   // Event handlers.
-  Command& on_entered(State state, Effect effect, Trigger trigger = {});
-  Command& on_left(State state, Effect effect, Trigger trigger = {});
+  Command& on_entered(expression::State state, Effect effect, Trigger trigger = {});
+  Command& on_left(expression::State state, Effect effect, Trigger trigger = {});
 
   /// What makes it fail: the state holds, or is null (row N3), in the last cycle of the command. Several: any of them.
-  Command& fails_if(const State& state);
+  Command& fails_if(const expression::State& state);
 
   /// Shows a value outside of the net under a name (activity::ActivityRun::value).
   template <class T>
-  Command& observe(std::string name, const Sensor<T>& sensor) {
+  Command& observe(std::string name, const expression::Sensor<T>& sensor) {
     return observe_node(std::move(name), sensor.node(), nullptr);
   }
-  Command& observe(std::string name, const State& state) {
+  Command& observe(std::string name, const expression::State& state) {
     return observe_node(std::move(name), state.node(), nullptr);
   }
   /// The value of the cycle in which the state was first entered, kept from then on. Null of the state is no event.
   template <class T>
-  Command& capture(std::string name, const Sensor<T>& sensor, const State& state) {
+  Command& capture(std::string name, const expression::Sensor<T>& sensor, const expression::State& state) {
     return observe_node(std::move(name), sensor.node(), state.node());
   }
-  Command& capture(std::string name, const State& value, const State& state) {
+  Command& capture(std::string name, const expression::State& value, const expression::State& state) {
     return observe_node(std::move(name), value.node(), state.node());
   }
 
  protected:
   explicit Command(std::string name);
-  [[nodiscard]] State state(const char* which) const {
-    return State(leaf(net::ValueType::kBoolean, node_->subject, which));
+  [[nodiscard]] expression::State state(const char* which) const {
+    return expression::State(expression::leaf(net::ValueType::kBoolean, node_->subject, which));
   }
 
  private:
-  Command& observe_node(std::string name, ExpressionPtr value, ExpressionPtr when);
+  Command& observe_node(std::string name, expression::ExpressionPtr value, expression::ExpressionPtr when);
 
   std::shared_ptr<CommandNode> node_;
 };
@@ -191,9 +191,9 @@ class WaitCommand : public Command {
   /// @param seconds  >= 0, in whole cycles, rounded up
   WaitCommand(std::string name, double seconds);
   /// @param timeout  s; if the state has not held by then, the wait ends without being completed: timed_out()
-  WaitCommand(std::string name, State until, std::optional<double> timeout = {});
+  WaitCommand(std::string name, expression::State until, std::optional<double> timeout = {});
   /// Its time was over and the state had not held, or was unknown. Only of a wait with a timeout.
-  [[nodiscard]] State timed_out() const { return state("timed_out"); }
+  [[nodiscard]] expression::State timed_out() const { return state("timed_out"); }
 };
 
 /// Commands in one real-time context. It has ended when all that were started have ended and nothing in it can be

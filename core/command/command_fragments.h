@@ -20,18 +20,18 @@ class CommandFragments {
   CommandFragments(MappingContext& context, CommandSignals& commands);
 
   /// The action has come to its end, or to rest after a cancel.
-  [[nodiscard]] Signal done(int i);
+  [[nodiscard]] expression::Signal done(int i);
   /// A state or value of the action while its command is active.
-  [[nodiscard]] Signal state(int i, const Expression& leaf);
+  [[nodiscard]] expression::Signal state(int i, const expression::Expression& leaf);
   /// Some command gives the actuator nothing.
-  [[nodiscard]] Signal invalid(const std::string& actuator);
+  [[nodiscard]] expression::Signal invalid(const std::string& actuator);
   /// Of a planned motion; else nothing.
   [[nodiscard]] std::optional<ClockPorts> clock(int i);
   void trace_set_point(int i);
 
  private:
   struct Entry {
-    std::optional<FragmentWriter> fragment;
+    std::optional<expression::FragmentWriter> fragment;
     Contribution contribution;
     std::map<std::string, std::string> states;  ///< that are written, and their ports
   };

@@ -48,17 +48,17 @@ void CommandTree::enter_effects() {
   }
 }
 
-int CommandTree::find(const SubjectPtr& subject) const {
+int CommandTree::find(const expression::SubjectPtr& subject) const {
   const auto found = subjects_.find(subject.get());
   return found == subjects_.end() || found->second.size() != 1 ? -1 : found->second.front();
 }
 
-int CommandTree::find_raised(const SubjectPtr& subject) const {
+int CommandTree::find_raised(const expression::SubjectPtr& subject) const {
   const auto found = raised_.find(subject.get());
   return found == raised_.end() ? -1 : found->second;
 }
 
-bool CommandTree::implies_end(const ExpressionPtr& state, int of) const {
+bool CommandTree::implies_end(const expression::ExpressionPtr& state, int of) const {
   if (state->subject) {
     const int speaks_of = find(state->subject);
     return speaks_of >= 0 && is_inside(of, speaks_of) &&
@@ -93,7 +93,7 @@ void CommandTree::enter_starts() {
     std::set<int> sources, targets;
     add_inside(target, targets);
     if (!at(handler.owner).node->is_transaction()) sources.insert(handler.owner);
-    for (const SubjectPtr& subject : subjects_of(handler.handler->state.node())) {
+    for (const expression::SubjectPtr& subject : expression::subjects_of(handler.handler->state.node())) {
       const int source = find(subject);
       // What a transaction has begun says nothing of what is inside; what is around the target does not come first.
       if (source >= 0 && !is_inside(target, source)) add_inside(source, sources);
@@ -158,13 +158,14 @@ std::vector<int> CommandTree::ranks() const {
   return rank;
 }
 
-bool is_lasting(const Expression& leaf) {
+bool is_lasting(const expression::Expression& leaf) {
   constexpr std::array<std::string_view, 6> kLasting = {"started", "completed", "failed",
                                                         "stopped", "cancelled", "timed_out"};
-  return leaf.subject->kind == Subject::Kind::kRaised || std::ranges::find(kLasting, leaf.output) != kLasting.end();
+  return leaf.subject->kind == expression::Subject::Kind::kRaised ||
+         std::ranges::find(kLasting, leaf.output) != kLasting.end();
 }
 
-bool is_decided(const ExpressionPtr& state) {
+bool is_decided(const expression::ExpressionPtr& state) {
   if (state->subject) return false;
   const std::string& type = state->primitive.type;
   if (type == "SnapshotBoolean" && state->inputs.size() == 1) return true;  // the trigger is a constant

@@ -45,16 +45,16 @@ class CommandTree {
   [[nodiscard]] const std::vector<std::string>& doubles() const { return doubles_; }
 
   /// The command that a subject belongs to: itself, or the one that carries the action out. -1: none, or several.
-  [[nodiscard]] int find(const SubjectPtr& subject) const;
+  [[nodiscard]] int find(const expression::SubjectPtr& subject) const;
   /// The transaction that a raised state belongs to; -1: none.
-  [[nodiscard]] int find_raised(const SubjectPtr& subject) const;
+  [[nodiscard]] int find_raised(const expression::SubjectPtr& subject) const;
   /// Whether `inner` is `outer` or inside of it.
   [[nodiscard]] bool is_inside(int inner, int outer) const {
     return outer < 0 || (inner >= outer && inner < at(outer).end);
   }
 
   /// The state holds only once command `of` has ended.
-  [[nodiscard]] bool implies_end(const ExpressionPtr& state, int of) const;
+  [[nodiscard]] bool implies_end(const expression::ExpressionPtr& state, int of) const;
 
   /// Commands whose start or end can make each command start: the edges of "who starts whom", from an earlier one to a
   /// later one. Between what is inside of transactions too.
@@ -78,16 +78,16 @@ class CommandTree {
   std::vector<Handler> handlers_;
   std::vector<std::string> doubles_;
   std::set<const CommandNode*> seen_;
-  std::map<const Subject*, std::vector<int>> subjects_;
-  std::map<const Subject*, int> raised_;
+  std::map<const expression::Subject*, std::vector<int>> subjects_;
+  std::map<const expression::Subject*, int> raised_;
   std::array<std::vector<std::vector<int>>, 3> acting_on_;  ///< by effect, then by command
   std::vector<std::set<int>> starts_;
 };
 
 /// A state of a command or an action that stays once it holds: started, completed ..., raised.
-[[nodiscard]] bool is_lasting(const Expression& leaf);
+[[nodiscard]] bool is_lasting(const expression::Expression& leaf);
 /// It was decided in the first cycle of the net, for good.
-[[nodiscard]] bool is_decided(const ExpressionPtr& state);
+[[nodiscard]] bool is_decided(const expression::ExpressionPtr& state);
 
 /// Whether an actuator of this name, or one of its devices, is given set points by it.
 [[nodiscard]] bool drives(const Actuator& actuator, const std::string& name);

@@ -18,7 +18,7 @@ std::string_view name_of(Effect::Kind kind) {
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
-bool mentions(const ExpressionPtr& formula, const SubjectPtr& subject, std::string_view state) {
+bool mentions(const expression::ExpressionPtr& formula, const expression::SubjectPtr& subject, std::string_view state) {
   if (formula->subject) return formula->subject == subject && formula->output == state;
   return std::ranges::any_of(formula->inputs,
                              [&](const auto& input) { return mentions(input.second, subject, state); });
@@ -46,7 +46,7 @@ void EffectCheck::check(const Handler& h) {
 }
 
 void EffectCheck::check_start(const Handler& h) {
-  const SubjectPtr& subject = h.handler->effect.target;
+  const expression::SubjectPtr& subject = h.handler->effect.target;
   const int target = tree_.find(subject);
   if (!tree_.at(h.owner).node->is_transaction()) {
     return error(h, Code::kConflict, "C1",
@@ -67,8 +67,8 @@ void EffectCheck::check_start(const Handler& h) {
 
 /// A start does not wait for the end of the transaction that it is in.
 void EffectCheck::check_start_condition(const Handler& h) {
-  const ExpressionPtr& state = h.handler->state.node();
-  for (const SubjectPtr& subject : subjects_of(state)) {
+  const expression::ExpressionPtr& state = h.handler->state.node();
+  for (const expression::SubjectPtr& subject : expression::subjects_of(state)) {
     if (tree_.find(subject) != h.owner || !mentions(state, subject, "completed")) continue;
     error(h, Code::kInvalidValue, "C5", fmt::format("'{}' has ended when it is completed", name(h.owner)),
           "Use the state `completed` of a command inside");
@@ -86,7 +86,7 @@ void EffectCheck::check_end(const Handler& h) {
 }
 
 void EffectCheck::check_raise(const Handler& h) {
-  const SubjectPtr& state = h.handler->effect.target;
+  const expression::SubjectPtr& state = h.handler->effect.target;
   const int owner = tree_.find_raised(state);
   if (owner >= 0 && tree_.is_inside(h.owner, owner)) return;
   error(h, Code::kInvalidValue, "C10",

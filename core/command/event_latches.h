@@ -17,14 +17,15 @@ enum class LatchKind : std::uint8_t { kStart, kCleanUp, kRaise, kStop, kCancel }
 /// something first reads it; its events are linked when all of them are known. Part of the mapping. Realtime: setup.
 class EventLatches {
  public:
-  explicit EventLatches(NetWriter& writer) : writer_(writer) {}
+  explicit EventLatches(expression::NetWriter& writer) : writer_(writer) {}
 
   /// A latch that events of this kind for the target set. @param null_sets  what an event that is null counts as
-  [[nodiscard]] Signal add(const std::string& preferred_id, LatchKind kind, const Subject* target, bool null_sets);
+  [[nodiscard]] expression::Signal add(const std::string& preferred_id, LatchKind kind,
+                                       const expression::Subject* target, bool null_sets);
   /// The latch of a raised state.
-  Signal raised(const SubjectPtr& state);
+  expression::Signal raised(const expression::SubjectPtr& state);
 
-  void add_event(LatchKind kind, const Subject* target, const Signal& event);
+  void add_event(LatchKind kind, const expression::Subject* target, const expression::Signal& event);
 
   /// Links the events to their latches. What would close a cycle is delayed by one cycle (row O7); starts come first,
   /// so that an end is delayed rather than a start.
@@ -34,19 +35,20 @@ class EventLatches {
   struct Latch {
     std::string set;  ///< its input
     LatchKind kind;
-    const Subject* target;
+    const expression::Subject* target;
   };
   struct Event {
     LatchKind kind;
-    const Subject* target;
-    Signal signal;
+    const expression::Subject* target;
+    expression::Signal signal;
   };
-  void add_feeds(const Latch& latch, const std::vector<const Event*>& events, std::vector<NetWriter::Feed>& feeds);
+  void add_feeds(const Latch& latch, const std::vector<const Event*>& events,
+                 std::vector<expression::NetWriter::Feed>& feeds);
 
-  NetWriter& writer_;
+  expression::NetWriter& writer_;
   std::vector<Latch> latches_;
   std::vector<Event> events_;
-  std::map<const Subject*, Signal> raised_;
+  std::map<const expression::Subject*, expression::Signal> raised_;
 };
 
 }  // namespace takt::command

@@ -15,21 +15,21 @@ void FormulaCheck::error(Code code, const std::string& location, const char* rul
   report_broken_rule(diagnostics_, code, location, rule, message, hint);
 }
 
-void FormulaCheck::check(const ExpressionPtr& formula, const std::string& location) {
-  diagnostics_.append(faults_of(formula), location);
-  if (!formula || formula->depth > kMostDepth) return;
+void FormulaCheck::check(const expression::ExpressionPtr& formula, const std::string& location) {
+  diagnostics_.append(expression::faults_of(formula), location);
+  if (!formula || formula->depth > expression::kMostDepth) return;
   check_leaves(formula, location);
 }
 
-void FormulaCheck::check_leaves(const ExpressionPtr& formula, const std::string& location) {
+void FormulaCheck::check_leaves(const expression::ExpressionPtr& formula, const std::string& location) {
   if (formula->subject) return check_leaf(*formula, location);
   for (const auto& [port, input] : formula->inputs) check_leaves(input, location);
 }
 
-void FormulaCheck::check_leaf(const Expression& leaf, const std::string& location) {
+void FormulaCheck::check_leaf(const expression::Expression& leaf, const std::string& location) {
   const std::string& name = leaf.subject->name;
-  if (leaf.subject->kind == Subject::Kind::kRaised) return check_raised(leaf, location);
-  if (leaf.subject->kind == Subject::Kind::kActuator) return check_driven(name, location);
+  if (leaf.subject->kind == expression::Subject::Kind::kRaised) return check_raised(leaf, location);
+  if (leaf.subject->kind == expression::Subject::Kind::kActuator) return check_driven(name, location);
   const int of = tree_.find(leaf.subject);
   if (of < 0) {
     return error(
@@ -41,10 +41,10 @@ void FormulaCheck::check_leaf(const Expression& leaf, const std::string& locatio
     return error(Code::kRequires, location, "C8", fmt::format("'{}' has no timeout, so it never times out", name),
                  "Use a wait for a state, with a timeout");
   }
-  if (leaf.subject->kind == Subject::Kind::kAction) check_state(of, leaf, location);
+  if (leaf.subject->kind == expression::Subject::Kind::kAction) check_state(of, leaf, location);
 }
 
-void FormulaCheck::check_raised(const Expression& leaf, const std::string& location) {
+void FormulaCheck::check_raised(const expression::Expression& leaf, const std::string& location) {
   if (tree_.find_raised(leaf.subject) >= 0) return;
   error(Code::kInvalidValue, location, "C10", fmt::format("state '{}' is raised in another tree", leaf.subject->name),
         "Use TransactionCommand::raised() of a transaction around this formula");
@@ -59,7 +59,7 @@ void FormulaCheck::check_driven(const std::string& actuator, const std::string& 
 }
 
 /// The action of command i has the state.
-void FormulaCheck::check_state(int i, const Expression& leaf, const std::string& location) {
+void FormulaCheck::check_state(int i, const expression::Expression& leaf, const std::string& location) {
   check_via(node(i), leaf, location);
   std::vector<std::string> offered = node(i).model().states();
   offered.insert(offered.end(), {"started", "completed"});
@@ -69,7 +69,8 @@ void FormulaCheck::check_state(int i, const Expression& leaf, const std::string&
 }
 
 /// Which points a motion passes is known once it is planned.
-void FormulaCheck::check_via(const CommandNode& command, const Expression& leaf, const std::string& location) {
+void FormulaCheck::check_via(const CommandNode& command, const expression::Expression& leaf,
+                             const std::string& location) {
   if (leaf.output != "via_passed" || command.model().needs_plan()) return;
   const auto index = leaf.primitive.parameters.value("index", 0);
   const int count = command.model().via_count();

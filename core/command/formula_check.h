@@ -14,18 +14,18 @@ class FormulaCheck {
   FormulaCheck(const CommandTree& tree, Diagnostics& diagnostics) : tree_(tree), diagnostics_(diagnostics) {}
 
   /// @param location  of what uses the formula, in the tree
-  void check(const ExpressionPtr& formula, const std::string& location);
+  void check(const expression::ExpressionPtr& formula, const std::string& location);
 
  private:
   [[nodiscard]] const CommandNode& node(int i) const { return *tree_.at(i).node; }
   void error(Code code, const std::string& location, const char* rule, const std::string& message,
              const std::string& hint);
-  void check_leaves(const ExpressionPtr& formula, const std::string& location);
-  void check_leaf(const Expression& leaf, const std::string& location);
-  void check_raised(const Expression& leaf, const std::string& location);
+  void check_leaves(const expression::ExpressionPtr& formula, const std::string& location);
+  void check_leaf(const expression::Expression& leaf, const std::string& location);
+  void check_raised(const expression::Expression& leaf, const std::string& location);
   void check_driven(const std::string& actuator, const std::string& location);
-  void check_state(int i, const Expression& leaf, const std::string& location);
-  void check_via(const CommandNode& command, const Expression& leaf, const std::string& location);
+  void check_state(int i, const expression::Expression& leaf, const std::string& location);
+  void check_via(const CommandNode& command, const expression::Expression& leaf, const std::string& location);
 
   const CommandTree& tree_;
   Diagnostics& diagnostics_;

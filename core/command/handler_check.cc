@@ -10,15 +10,15 @@ namespace {
 using Kind = Effect::Kind;
 using Handler = CommandTree::Handler;
 
-bool is_not(const Expression& node) { return !node.subject && node.primitive.type == "Not"; }
-bool is_and(const Expression& node) { return !node.subject && node.primitive.type == "And"; }
+bool is_not(const expression::Expression& node) { return !node.subject && node.primitive.type == "Not"; }
+bool is_and(const expression::Expression& node) { return !node.subject && node.primitive.type == "And"; }
 
 class HandlerCheck {
  public:
   HandlerCheck(const CommandTree& tree, Diagnostics& diagnostics) : tree_(tree), diagnostics_(diagnostics) {}
 
   void check(const Handler& h) {
-    const ExpressionPtr& state = h.handler->state.node();
+    const expression::ExpressionPtr& state = h.handler->state.node();
     const bool is_told = h.handler->effect.kind == Kind::kExternal && h.handler->trigger.delay <= 0.0;
     if (!h.handler->entered && !can_change(state, false, is_told)) {
       if (can_change(state, false, true)) {
@@ -49,7 +49,7 @@ class HandlerCheck {
 
   /// The state can become `value` after it was not. What lasts changes once, from false to true.
   /// @param with_the_tree  the end of the whole tree counts too
-  [[nodiscard]] bool can_change(const ExpressionPtr& state, bool value, bool with_the_tree) const {
+  [[nodiscard]] bool can_change(const expression::ExpressionPtr& state, bool value, bool with_the_tree) const {
     if (state->subject) {
       const bool ends_with_tree = tree_.find(state->subject) == 0;
       return value || !(is_lasting(*state) || (ends_with_tree && !with_the_tree));
@@ -68,7 +68,7 @@ class HandlerCheck {
     if (h.owner == 0 || mentions(h.handler->state.node(), h.owner)) return -1;
     return needed_too_late(h.handler->state.node(), h.owner);
   }
-  [[nodiscard]] int needed_too_late(const ExpressionPtr& state, int owner) const {
+  [[nodiscard]] int needed_too_late(const expression::ExpressionPtr& state, int owner) const {
     if (state->subject) {
       const int of = tree_.find(state->subject);
       return of >= 0 && begins_after(of, owner) ? of : -1;
@@ -91,24 +91,25 @@ class HandlerCheck {
     }
     return false;
   }
-  [[nodiscard]] bool mentions(const ExpressionPtr& state, int i) const {
-    return std::ranges::any_of(subjects_of(state), [&](const SubjectPtr& one) { return tree_.find(one) == i; });
+  [[nodiscard]] bool mentions(const expression::ExpressionPtr& state, int i) const {
+    return std::ranges::any_of(expression::subjects_of(state),
+                               [&](const expression::SubjectPtr& one) { return tree_.find(one) == i; });
   }
 
   /// It may be entered, by a sensor, when nothing runs any more.
   [[nodiscard]] bool waits_for_sensors(const Handler& h) const {
-    const ExpressionPtr& state = h.handler->state.node();
+    const expression::ExpressionPtr& state = h.handler->state.node();
     return !is_decided(state) && has_sensor(state) && stays_open(state);
   }
-  [[nodiscard]] bool has_sensor(const ExpressionPtr& state) const {
+  [[nodiscard]] bool has_sensor(const expression::ExpressionPtr& state) const {
     if (state->subject) return false;
-    return subjects_of(state).empty() ||
+    return expression::subjects_of(state).empty() ||
            std::ranges::any_of(state->inputs, [&](const auto& input) { return has_sensor(input.second); });
   }
   /// It does not need something that is over when nothing runs any more.
-  [[nodiscard]] bool stays_open(const ExpressionPtr& state) const {
+  [[nodiscard]] bool stays_open(const expression::ExpressionPtr& state) const {
     if (state->subject) return is_lasting(*state);
-    if (subjects_of(state).empty() || is_not(*state)) return true;
+    if (expression::subjects_of(state).empty() || is_not(*state)) return true;
     const auto open = [&](const auto& input) { return stays_open(input.second); };
     return is_and(*state) ? std::ranges::all_of(state->inputs, open) : std::ranges::any_of(state->inputs, open);
   }
@@ -122,8 +123,9 @@ class HandlerCheck {
 void check_acting(const CommandTree& tree, Diagnostics& diagnostics) {
   HandlerCheck check(tree, diagnostics);
   for (const Handler& handler : tree.handlers()) {
-    const ExpressionPtr& state = handler.handler->state.node();
-    if (state && state->depth <= kMostDepth && !faults_of(state).has_errors()) check.check(handler);
+    const expression::ExpressionPtr& state = handler.handler->state.node();
+    if (state && state->depth <= expression::kMostDepth && !expression::faults_of(state).has_errors())
+      check.check(handler);
   }
 }
 

@@ -25,7 +25,7 @@ using Kind = Effect::Kind;
 class Mapper {
  public:
   Mapper(const CommandTree& tree, Nanoseconds period)
-      : tree_(tree), writer_(period, [this](const Expression& leaf) { return leaf_signal(leaf); }) {}
+      : tree_(tree), writer_(period, [this](const expression::Expression& leaf) { return leaf_signal(leaf); }) {}
 
   MappedCommand map() {
     writer_.add("cancel", "Cancel");
@@ -46,13 +46,13 @@ class Mapper {
   const CommandNode& node(int i) const { return *tree_.at(i).node; }
   std::string id(int i, const char* what) const { return context_.id(i, what); }
 
-  Signal leaf_signal(const Expression& leaf) {
+  expression::Signal leaf_signal(const expression::Expression& leaf) {
     switch (leaf.subject->kind) {
-      case Subject::Kind::kRaised:
+      case expression::Subject::Kind::kRaised:
         return context_.latches.raised(leaf.subject);
-      case Subject::Kind::kAction:
+      case expression::Subject::Kind::kAction:
         return action_signal(tree_.find(leaf.subject), leaf);
-      case Subject::Kind::kActuator:
+      case expression::Subject::Kind::kActuator:
         return fragments_.invalid(leaf.subject->name);
       default:
         return commands_.state(tree_.find(leaf.subject), leaf.output);
@@ -60,7 +60,7 @@ class Mapper {
   }
 
   /// An action starts and is completed with the command that carries it out.
-  Signal action_signal(int i, const Expression& leaf) {
+  expression::Signal action_signal(int i, const expression::Expression& leaf) {
     const bool is_life = leaf.output == "started" || leaf.output == "completed";
     return is_life ? commands_.state(i, leaf.output) : fragments_.state(i, leaf);
   }
@@ -87,9 +87,9 @@ class Mapper {
   void write_conflicts(int i) {
     for (const int other : commands_.rivals_before(i)) {
       if (context_.order.has_ended(other, i)) continue;
-      const Signal kept =
+      const expression::Signal kept =
           writer_.both(id(other, "kept"), commands_.active(other), writer_.opposite(commands_.done(other)));
-      const Signal conflict = writer_.both(id(i, "conflict"), commands_.wants(i), kept);
+      const expression::Signal conflict = writer_.both(id(i, "conflict"), commands_.wants(i), kept);
       if (conflict.is(false)) continue;
       const std::string error = writer_.unique(id(i, "against_") + node(other).name);
       const std::string text = fmt::format("'{}' needs a device of '{}'", node(i).name, node(other).name);
@@ -106,8 +106,9 @@ class Mapper {
 
   /// What the core reads while the net runs.
   void name_signals() {
-    if (const Signal goes_on = commands_.goes_on(); !goes_on.constant) mapped_.options.goes_on = goes_on.port;
-    if (const Signal stop = commands_.stop(0); !stop.constant) mapped_.options.stopped = stop.port;
+    if (const expression::Signal goes_on = commands_.goes_on(); !goes_on.constant)
+      mapped_.options.goes_on = goes_on.port;
+    if (const expression::Signal stop = commands_.stop(0); !stop.constant) mapped_.options.stopped = stop.port;
   }
 
   /// Where the net does not know how long a cancel takes: all the times one after the other, and some cycles for each.
@@ -127,7 +128,8 @@ class Mapper {
     const std::string name = tree_.name_of(i, observation);
     std::string port = writer_.port_of(observation.value);
     if (observation.when) {
-      const Signal now = writer_.both(name + "-now", commands_.active(i), writer_.signal_of(observation.when));
+      const expression::Signal now =
+          writer_.both(name + "-now", commands_.active(i), writer_.signal_of(observation.when));
       const std::string snapshot = writer_.unique(name);
       writer_.add(snapshot, "Snapshot" + std::string(net::name_of(observation.value->type)));
       writer_.link(port, snapshot + ".input");
@@ -143,7 +145,7 @@ class Mapper {
     const Effect& effect = h.handler->effect;
     if (effect.kind == Kind::kExternal) return write_external(h);
     if (effect.kind == Kind::kStart) return write_start(h);
-    const Signal signal = handlers_.delayed(h);
+    const expression::Signal signal = handlers_.delayed(h);
     if (effect.kind == Kind::kRaise) {
       (void)context_.latches.raised(effect.target);
       return context_.latches.add_event(LatchKind::kRaise, effect.target.get(), signal);
@@ -157,14 +159,16 @@ class Mapper {
 
   /// After a cancel of the transaction only clean-up starts, which the cancel does not concern (rule C4).
   void write_start(const CommandTree::Handler& h) {
-    const Subject* target = h.handler->effect.target.get();
+    const expression::Subject* target = h.handler->effect.target.get();
     const int i = tree_.find(h.handler->effect.target);
-    const Signal due = handlers_.delayed(h);
-    Signal start = writer_.both(id(h.owner, "start"), due, writer_.opposite(handlers_.called_off(h)));
+    const expression::Signal due = handlers_.delayed(h);
+    expression::Signal start = writer_.both(id(h.owner, "start"), due, writer_.opposite(handlers_.called_off(h)));
     if (context_.scope.may_clean_up(i)) {
-      const Signal clears = writer_.both(id(h.owner, "clearing"), commands_.cancel(h.owner), handlers_.clears(h));
+      const expression::Signal clears =
+          writer_.both(id(h.owner, "clearing"), commands_.cancel(h.owner), handlers_.clears(h));
       start = writer_.both(id(h.owner, "start"), start, writer_.opposite(clears));
-      const Signal is_new = writer_.both(id(h.owner, "clean_up"), clears, writer_.opposite(commands_.begun(i)));
+      const expression::Signal is_new =
+          writer_.both(id(h.owner, "clean_up"), clears, writer_.opposite(commands_.begun(i)));
       context_.latches.add_event(LatchKind::kCleanUp, target, writer_.both(id(h.owner, "clean_up"), due, is_new));
     }
     context_.latches.add_event(LatchKind::kStart, target, start);
@@ -173,21 +177,22 @@ class Mapper {
   /// The state of the handler, and the clock that it brakes; nothing for events that come from no sensor, or later.
   void note_brake(const CommandTree::Handler& h) {
     const int target = tree_.find(h.handler->effect.target);
-    const Signal event = writer_.signal_of(h.handler->state.node());
+    const expression::Signal event = writer_.signal_of(h.handler->state.node());
     const auto clock = fragments_.clock(target);
     if (!clock || event.constant || !h.handler->entered || h.handler->trigger.delay > 0.0) return;
     BrakePorts brake{
         .name = h.path, .event = event.port, .fragment = context_.id(target), .clock = *clock, .sources = {}};
-    std::set<const Expression*> seen;
+    std::set<const expression::Expression*> seen;
     add_sources(h.handler->state.node(), seen, brake.sources);
     if (!brake.sources.empty()) mapped_.brakes.push_back(std::move(brake));
   }
 
   /// The primitives of a formula that read a device or a channel, each once.
-  void add_sources(const ExpressionPtr& node, std::set<const Expression*>& seen, std::vector<std::string>& sources) {
+  void add_sources(const expression::ExpressionPtr& node, std::set<const expression::Expression*>& seen,
+                   std::vector<std::string>& sources) {
     if (!seen.insert(node.get()).second) return;
     if (node->resource != nullptr) {
-      std::string id = NetWriter::node_of(writer_.port_of(node));
+      std::string id = expression::NetWriter::node_of(writer_.port_of(node));
       if (std::ranges::find(sources, id) == sources.end()) sources.push_back(std::move(id));
     }
     for (const auto& [port, input] : node->inputs)
@@ -197,14 +202,14 @@ class Mapper {
   /// Counts in the net; the program reads the count.
   void write_external(const CommandTree::Handler& h) {
     const Trigger& trigger = h.handler->trigger;
-    Signal signal = handlers_.occurrence(h);
+    expression::Signal signal = handlers_.occurrence(h);
     if (trigger.first_only) signal = writer_.latch(id(h.owner, "first"), signal, false);
     if (trigger.delay > 0.0) {
       const std::string delay = writer_.unique(id(h.owner, "later"));
       const auto cycles = static_cast<std::int64_t>(std::ceil(trigger.delay / to_seconds(writer_.period()) - 1e-9));
       writer_.add(delay, "DelayBoolean", {{"cycles", cycles}});
       writer_.feed(signal, delay + ".input");
-      signal = Signal::at(delay + ".value");
+      signal = expression::Signal::at(delay + ".value");
     }
     const std::string counter = writer_.unique(h.handler->effect.name);
     writer_.add(counter, "UpDownCounter");
@@ -213,7 +218,7 @@ class Mapper {
   }
 
   const CommandTree& tree_;
-  NetWriter writer_;
+  expression::NetWriter writer_;
   MappingContext context_{tree_, writer_};
   CommandSignals commands_{context_, fragments_, handlers_};
   CommandFragments fragments_{context_, commands_};

@@ -11,7 +11,7 @@ std::string preferred_id(const CommandTree& tree, int i) {
 
 }  // namespace
 
-MappingContext::MappingContext(const CommandTree& commands, NetWriter& net)
+MappingContext::MappingContext(const CommandTree& commands, expression::NetWriter& net)
     : tree(commands), writer(net), latches(net), order(commands), scope(commands) {
   // Those of the primitives Termination and Cancel.
   (void)writer.unique("end");
@@ -21,7 +21,7 @@ MappingContext::MappingContext(const CommandTree& commands, NetWriter& net)
 
 bool MappingContext::has_event(Effect::Kind kind, int i) const { return !tree.acting_on(kind, i).empty(); }
 
-void MappingContext::trace(const std::string& name, const Signal& signal) {
+void MappingContext::trace(const std::string& name, const expression::Signal& signal) {
   if (!signal.constant && traced_ports_.insert(signal.port).second) traced.push_back({name, signal.port});
 }
 

@@ -17,10 +17,10 @@ namespace takt::command {
 /// Realtime: setup.
 class MappingContext {
  public:
-  MappingContext(const CommandTree& tree, NetWriter& writer);
+  MappingContext(const CommandTree& tree, expression::NetWriter& writer);
 
   const CommandTree& tree;
-  NetWriter& writer;
+  expression::NetWriter& writer;
   EventLatches latches;
   std::vector<std::string> ids;    ///< of each command; inside of others with the names around it, but for the root's
   std::vector<TracedPort> traced;  ///< each port once
@@ -34,7 +34,7 @@ class MappingContext {
   /// Some handler has this effect on command i.
   [[nodiscard]] bool has_event(Effect::Kind kind, int i) const;
 
-  void trace(const std::string& name, const Signal& signal);
+  void trace(const std::string& name, const expression::Signal& signal);
 
  private:
   std::set<std::string> traced_ports_;

@@ -50,7 +50,7 @@ std::vector<int> StartOrder::reasons_of(int i) const {
   std::vector<int> reasons;
   if (tree_.at(i).parent >= 0) reasons.push_back(tree_.at(i).parent);
   for (const int h : tree_.acting_on(Effect::Kind::kStart, i)) {
-    for (const SubjectPtr& subject : subjects_of(tree_.handler(h).handler->state.node()))
+    for (const expression::SubjectPtr& subject : expression::subjects_of(tree_.handler(h).handler->state.node()))
       if (const int of = tree_.find(subject); of >= 0) reasons.push_back(of);
   }
   return reasons;
@@ -99,7 +99,7 @@ StartOrder::Set StartOrder::ended_at_start(int i) const {
 }
 
 /// The commands that have ended for certain when the state holds.
-StartOrder::Set StartOrder::ended_when(const ExpressionPtr& state) const {
+StartOrder::Set StartOrder::ended_when(const expression::ExpressionPtr& state) const {
   if (state->subject) return ended_by(*state);
   const std::string& type = state->primitive.type;
   const bool is_all = type == "And" || type == "OnDelay";
@@ -114,9 +114,9 @@ StartOrder::Set StartOrder::ended_when(const ExpressionPtr& state) const {
 }
 
 /// A state of a command says that it has started; some say that it has ended.
-StartOrder::Set StartOrder::ended_by(const Expression& leaf) const {
+StartOrder::Set StartOrder::ended_by(const expression::Expression& leaf) const {
   Set ended(ended_.words(), 0);
-  const int of = leaf.subject->kind == Subject::Kind::kRaised ? -1 : tree_.find(leaf.subject);
+  const int of = leaf.subject->kind == expression::Subject::Kind::kRaised ? -1 : tree_.find(leaf.subject);
   if (of < 0 || leaf.type != net::ValueType::kBoolean) return ended;
   unite(ended, ended_.of(of));
   if (leaf.output == "completed" || leaf.output == "timed_out") {

@@ -48,8 +48,8 @@ class StartOrder {
   [[nodiscard]] std::vector<int> in_order_of_reasons() const;
   [[nodiscard]] std::vector<int> reasons_of(int i) const;
   [[nodiscard]] Set ended_at_start(int i) const;
-  [[nodiscard]] Set ended_when(const ExpressionPtr& state) const;
-  [[nodiscard]] Set ended_by(const Expression& leaf) const;
+  [[nodiscard]] Set ended_when(const expression::ExpressionPtr& state) const;
+  [[nodiscard]] Set ended_by(const expression::Expression& leaf) const;
 
   const CommandTree& tree_;
   Rows led_to_, ended_;

@@ -12,14 +12,14 @@ using kinematics::JointVector;
 using Kind = Effect::Kind;
 
 /// The parts of "a and b and c".
-void add_conjuncts(const ExpressionPtr& state, std::vector<ExpressionPtr>& parts) {
+void add_conjuncts(const expression::ExpressionPtr& state, std::vector<expression::ExpressionPtr>& parts) {
   if (state->subject || state->primitive.type != "And") return parts.push_back(state);
   for (const auto& [port, input] : state->inputs) add_conjuncts(input, parts);
 }
 
 }  // namespace
 
-StartPositions::StartPositions(const CommandTree& tree, Places places)
+StartPositions::StartPositions(const CommandTree& tree, expression::Places places)
     : tree_(tree), order_(tree), begins_(places), nominal_(std::move(places)) {
   for (int i = 0; i < tree_.size(); ++i) {
     if (!node(i).is_runtime()) continue;
@@ -32,11 +32,11 @@ StartPositions::StartPositions(const CommandTree& tree, Places places)
   }
 }
 
-Result<Places> StartPositions::begin_of(int i) const {
+Result<expression::Places> StartPositions::begin_of(int i) const {
   const ActuatorModel& actuator = node(i).actuator->model();
   const auto devices = actuator.devices();
   const auto arms = actuator.arms();
-  Places places;
+  expression::Places places;
   Diagnostics diagnostics;
   for (std::size_t k = 0; k < arms.size(); ++k) {
     if (auto q = begin_of(i, devices[k], *arms[k])) {
@@ -49,19 +49,19 @@ Result<Places> StartPositions::begin_of(int i) const {
   return places;
 }
 
-Result<Places> StartPositions::all_at_begin_of(int i) const {
+Result<expression::Places> StartPositions::all_at_begin_of(int i) const {
   auto places = begin_of(i);
   if (places) add_others(i, *places);
   return places;
 }
 
 /// Arms of the tree that are not among the given positions; of size 0 where that depends on the run.
-void StartPositions::add_others(int i, Places& places) const {
+void StartPositions::add_others(int i, expression::Places& places) const {
   for (const auto& [device, arm] : arms_)
     if (!places.contains(device)) places[device] = begin_of(i, device, *arm).value_or(JointVector());
 }
 
-Result<Places> StartPositions::all_at_given_begin(int i, const JointVector& q) const {
+Result<expression::Places> StartPositions::all_at_given_begin(int i, const JointVector& q) const {
   const ActuatorModel& actuator = node(i).actuator->model();
   const std::string device = actuator.devices().front();
   const device::ArmDescription& arm = actuator.arms().front()->device->description();
@@ -76,13 +76,14 @@ Result<Places> StartPositions::all_at_given_begin(int i, const JointVector& q) c
                    fmt::format("'{}' begins elsewhere than where '{}' will be: a joint is off by {:.3g}", node(i).name,
                                device, (*there - q).cwiseAbs().maxCoeff()),
                    "Begin where the motion before it ends");
-  Places places{{device, q}};
+  expression::Places places{{device, q}};
   add_others(i, places);
   return places;
 }
 
 /// Where an arm is when command `i` begins; nothing if that depends on the run.
-std::optional<JointVector> StartPositions::begin_of(int i, const std::string& device, const MountedArm& arm) const {
+std::optional<JointVector> StartPositions::begin_of(int i, const std::string& device,
+                                                    const expression::MountedArm& arm) const {
   if (in_first_cycle(i)) return before_all(device, arm);
   const std::vector<int> rivals = rivals_before(i, device);
   if (rivals.empty()) return before_all(device, arm);
@@ -105,7 +106,7 @@ int StartPositions::last_of(const std::vector<int>& commands) const {
 void StartPositions::note(int i) {
   const auto devices = node(i).actuator->model().devices();
   const auto seams = node(i).model().ends();
-  Places ends;
+  expression::Places ends;
   for (std::size_t k = 0; k < seams.size(); ++k) {
     if (seams[k].q.size() > 0) ends[devices.at(k)] = seams[k].q;
   }
@@ -123,7 +124,7 @@ bool StartPositions::follows_unplanned(int i) const {
   });
 }
 
-JointVector StartPositions::before_all(const std::string& device, const MountedArm& arm) const {
+JointVector StartPositions::before_all(const std::string& device, const expression::MountedArm& arm) const {
   const auto told = begins_.find(device);
   return told != begins_.end() ? told->second : arm.set_point();
 }
@@ -165,11 +166,11 @@ bool StartPositions::begins_at_end_of(int i, int before) const {
 
 /// What holds only when `before` has come to its natural end. Recursion is bounded by the formula, and by the order of
 /// starts.
-bool StartPositions::is_natural_end(const ExpressionPtr& state, int before, int i) const {
-  std::vector<ExpressionPtr> parts;
+bool StartPositions::is_natural_end(const expression::ExpressionPtr& state, int before, int i) const {
+  std::vector<expression::ExpressionPtr> parts;
   add_conjuncts(state, parts);
   bool ended = false, not_cancelled = !may_be_cancelled(before, i), not_stopped = !may_be_stopped(before, i);
-  for (const ExpressionPtr& part : parts) {
+  for (const expression::ExpressionPtr& part : parts) {
     const auto& inputs = part->inputs;
     if (part->subject) {
       const int of = tree_.find(part->subject);
@@ -182,7 +183,7 @@ bool StartPositions::is_natural_end(const ExpressionPtr& state, int before, int 
       if (std::ranges::all_of(inputs, [&](const auto& side) { return is_natural_end(side.second, before, i); }))
         return true;
     } else if (part->primitive.type == "Not" && inputs.size() == 1 && inputs.front().second->subject) {
-      const Expression& denied = *inputs.front().second;
+      const expression::Expression& denied = *inputs.front().second;
       if (tree_.find(denied.subject) != before) continue;
       not_cancelled = not_cancelled || denied.output == "cancelled";
       not_stopped = not_stopped || denied.output == "stopped";
@@ -253,7 +254,7 @@ bool StartPositions::is_last_of_all(int i) const {
 }
 
 /// A formula over states of a command, or of what is around it, that come later than its start.
-bool StartPositions::speaks_of_end(const ExpressionPtr& state, int i) const {
+bool StartPositions::speaks_of_end(const expression::ExpressionPtr& state, int i) const {
   if (state->subject) {
     const int of = tree_.find(state->subject);
     return of >= 0 && tree_.is_inside(i, of) && state->output != "started";
@@ -276,12 +277,12 @@ bool StartPositions::runs_for_certain(int i) const {
 }
 
 /// "Completed", and maybe "not cancelled", of commands that run and are not cut short.
-bool StartPositions::follows_for_certain(const ExpressionPtr& state) const {
-  std::vector<ExpressionPtr> parts;
+bool StartPositions::follows_for_certain(const expression::ExpressionPtr& state) const {
+  std::vector<expression::ExpressionPtr> parts;
   add_conjuncts(state, parts);
-  return std::ranges::all_of(parts, [this](const ExpressionPtr& part) {
+  return std::ranges::all_of(parts, [this](const expression::ExpressionPtr& part) {
     const bool denied = !part->subject && part->primitive.type == "Not";
-    const ExpressionPtr& leaf = denied ? part->inputs.front().second : part;
+    const expression::ExpressionPtr& leaf = denied ? part->inputs.front().second : part;
     if (!leaf->subject) return false;
     const int of = tree_.find(leaf->subject);
     const bool fits = denied ? leaf->output == "cancelled" || leaf->output == "stopped" : leaf->output == "completed";

@@ -16,6 +16,7 @@
 #include "core/device/backend.h"
 #include "core/device/description.h"
 #include "core/device/gripper.h"
+#include "core/device/sample_inlet.h"
 #include "core/device/signal.h"
 
 /// What stands between the canonical devices and the protocols of real controllers (docs/hardware.md). Protocols live
@@ -70,8 +71,18 @@ class DeviceDriver {
   /// What changed since the last call, a line each: "state MON, quality 2", "lost 3 packets". Called now and then by a
   /// thread that is not the cycle. Realtime: setup.
   [[nodiscard]] virtual std::vector<std::string> news() { return {}; }
+  /// What the driver refused about the device that answers, and what to change; empty: nothing. Thread: that of
+  /// news(). Realtime: setup.
+  [[nodiscard]] virtual std::string refusal() const { return {}; }
   /// All that its future depends on, for the digest; only of a driver in virtual time, else empty. Stays where it is.
   [[nodiscard]] virtual std::span<const std::byte> state() const { return {}; }
+};
+
+/// How the connection of a driver has been so far.
+struct ConnectionCounts {
+  InletCounts samples;
+  std::uint64_t dry = 0;  ///< how often the set points ran out
+  double drift = 0.0;     ///< core seconds per device second, less 1
 };
 
 /// The driver of an arm.
@@ -80,6 +91,8 @@ class ArmDriver : public ArmBackend, public DeviceDriver {
   /// The wrench that the arm itself estimates or measures, on its flange, as a sensor that is mounted there reads it;
   /// null: it has none. Lives as long as the driver.
   [[nodiscard]] virtual ForceTorqueBackend* force_torque() { return nullptr; }
+  /// As of the newest sample. Cycle thread. Realtime: cyclic.
+  [[nodiscard]] virtual ConnectionCounts connection() const = 0;
   /// When the newest packet of the device came, or would have come without jitter, on the machine's clock
   /// (Clock::Reading); null: its packets do not come at a pace of its own, or none come. Cycle thread. Realtime:
   /// cyclic.

@@ -9,7 +9,7 @@
 #include "core/expression/device_sensors.h"
 #include "core/net/value_json.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using collision::CellShapes;
@@ -156,4 +156,4 @@ RealSensor smallest_distance(const Cell& cell, const std::vector<std::string>& s
   return RealSensor(node);
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

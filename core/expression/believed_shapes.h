@@ -9,7 +9,7 @@
 #include "core/expression/sensor.h"
 
 /// The solids of a cell where the program believes them to be. Realtime: setup.
-namespace takt::command {
+namespace takt::expression {
 
 /// How far apart the fingers of grippers stand, m, by device.
 using FingerWidths = std::map<std::string, double, std::less<>>;
@@ -32,4 +32,4 @@ void set_joints(const collision::CellShapes& shapes, const std::string& arm, con
 [[nodiscard]] RealSensor smallest_distance(const Cell& cell, const std::vector<std::string>& side_a,
                                            const std::vector<std::string>& side_b);
 
-}  // namespace takt::command
+}  // namespace takt::expression

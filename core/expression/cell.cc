@@ -1,6 +1,6 @@
 #include "core/expression/cell.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 motion::ArmModel planning_model(const MountedArm& arm, const std::optional<Eigen::Isometry3d>& X_FM,
                                 const std::optional<device::ToolSetting>& tool) {
@@ -20,4 +20,4 @@ Eigen::Isometry3d tool_pose(const MountedArm& arm, const kinematics::JointVector
   return arm.device->description().chain->forward(q) * arm.X_FT;
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -27,7 +27,7 @@ namespace takt::collision {
 struct CellShapes;
 }
 
-namespace takt::command {
+namespace takt::expression {
 
 /// An arm as it is mounted in the cell. Its base is the frame of its name in the frame graph.
 struct MountedArm {
@@ -151,4 +151,4 @@ using Places = std::map<std::string, kinematics::JointVector, std::less<>>;
 /// Constant offsets of sensors as found by taring: sensor name to wrench in its measuring frame.
 using Biases = std::map<std::string, net::Wrench, std::less<>>;
 
-}  // namespace takt::command
+}  // namespace takt::expression

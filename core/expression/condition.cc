@@ -9,7 +9,7 @@
 #include "core/base/object_reader.h"
 #include "core/collision/cell_shapes.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -263,12 +263,12 @@ std::vector<std::string> sensors_of(const Condition& condition) {
   return names;
 }
 
-std::optional<FileUnit> unit_in_condition(std::string_view pointer) {
+std::optional<net::FileUnit> unit_in_condition(std::string_view pointer) {
   const std::string_view key = pointer.substr(pointer.rfind('/') + 1);
   for (const std::string_view start : {"above_", "below_"}) {
     if (!key.starts_with(start)) continue;
     const auto terms = net::parse_unit(key.substr(start.size()));
-    if (terms && terms->size() == 1 && terms->front().variables.empty()) return FileUnit{terms->front().dimension};
+    if (terms && terms->size() == 1 && terms->front().variables.empty()) return net::FileUnit{terms->front().dimension};
   }
   return std::nullopt;
 }
@@ -282,4 +282,4 @@ Quantity read_quantity(ObjectReader& reader) {
   return found == kQuantities.end() ? Quantity::kForce : found->quantity;
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

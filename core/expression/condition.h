@@ -9,13 +9,13 @@
 
 #include "core/base/diagnostics.h"
 #include "core/expression/cell.h"
-#include "core/expression/file_unit.h"
+#include "core/net/file_unit.h"
 
 namespace takt {
 class ObjectReader;
 }
 
-namespace takt::command {
+namespace takt::expression {
 
 /// What of a force/torque sensor is compared: the length of a vector or one component, in the measuring frame, with
 /// the tool's weight and the tared bias taken out.
@@ -69,7 +69,7 @@ struct Condition {
 
 /// The unit of the number at a JSON pointer inside a condition: its key names it ("above_N"). Nothing: the device's
 /// own.
-[[nodiscard]] std::optional<FileUnit> unit_in_condition(std::string_view pointer);
+[[nodiscard]] std::optional<net::FileUnit> unit_in_condition(std::string_view pointer);
 
 /// Names of all force/torque sensors in a condition, each once, in order of first use. Realtime: setup.
 [[nodiscard]] std::vector<std::string> sensors_of(const Condition& condition);
@@ -79,4 +79,4 @@ struct Condition {
 /// The key "quantity" of an object; default: force.
 [[nodiscard]] Quantity read_quantity(ObjectReader& reader);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -3,7 +3,7 @@
 #include "core/expression/believed_shapes.h"
 #include "core/expression/device_sensors.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 State compared(const RealSensor& sensor, const Condition& condition) {
@@ -74,4 +74,4 @@ State state_of(const Condition& condition, const Cell& cell, const Biases& biase
   return compared(contact_quantity(cell, condition.device, condition.quantity, biases), condition);
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

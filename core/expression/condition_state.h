@@ -7,7 +7,7 @@
 #include "core/expression/condition.h"
 #include "core/expression/state.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 /// The number of a force/torque sensor that a comparison is about, N or Nm: the weight of what is mounted on it and its
 /// bias removed, in its measuring frame. Null while it does not answer. Realtime: setup.
@@ -42,4 +42,4 @@ class StateSource {
   return source.state(cell, biases);
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -9,7 +9,7 @@
 
 #include "core/expression/device_sensors.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 /// A formula over contact wrenches for who reads it again and again: it is compiled anew only when something has
 /// changed that it consists of (a bias, what is carried, where an arm stands). Thread: the one that steps the core,
@@ -53,4 +53,4 @@ class ContactWrenchReader {
 /// Numbers of contacts that an expression of a program asks for in every cycle, by function and sensors.
 using ContactReaders = std::map<std::string, ContactReader<net::Real>, std::less<>>;
 
-}  // namespace takt::command
+}  // namespace takt::expression

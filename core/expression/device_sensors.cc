@@ -10,7 +10,7 @@
 #include "core/expression/tool_coupling.h"
 #include "core/net/value_json.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -289,4 +289,4 @@ template Sensor<net::Twist> channel(const Cell&, const std::string&);
 template Sensor<net::Wrench> channel(const Cell&, const std::string&);
 template Sensor<net::JointArray> channel(const Cell&, const std::string&);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -8,7 +8,7 @@
 
 /// What the devices of a cell measure, as sensors. A name that the cell does not have gives a sensor that every check
 /// refuses with the nearest name, so formulas can be written without a look at each part. Realtime: setup.
-namespace takt::command {
+namespace takt::expression {
 
 // Of an arm.
 [[nodiscard]] JointsSensor measured_joints(const Cell& cell, const std::string& arm);      ///< rad or m
@@ -71,4 +71,4 @@ template <class T>
 /// share an id.
 [[nodiscard]] std::string id_of(std::string_view kind, std::string_view device);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -10,7 +10,7 @@
 #include "core/net/compiled_net.h"
 #include "core/net/primitive.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 /// The resources that one formula names, as LOAD looks for them.
@@ -93,4 +93,4 @@ template std::optional<net::Wrench> evaluate(const ExpressionPtr&);
 template class CompiledFormula<net::JointArray>;
 template std::optional<net::JointArray> evaluate(const ExpressionPtr&);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -5,7 +5,7 @@
 
 #include "core/expression/expression.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 /// The value of the formula now, outside of any net: its primitives are run for one first cycle on the newest samples.
 /// @return nothing for null, and for formulas that speak of a subject or are broken. Thread: the one that steps the
@@ -31,4 +31,4 @@ class CompiledFormula {
   std::unique_ptr<Net> net_;  ///< none: there is no value
 };
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -118,4 +118,4 @@ std::map<std::string, net::Resource*, std::less<>> resources_of(const Expression
   return resources;
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -17,7 +17,7 @@ namespace takt::net {
 class Resource;
 }
 
-namespace takt::command {
+namespace takt::expression {
 
 /// Something of a command tree that formulas may speak of: whose states and values are in the net, but not at a
 /// device. Identity counts; of an actuator its name.
@@ -89,4 +89,4 @@ struct Operand {
 /// The devices and channels that a formula names, by name.
 [[nodiscard]] std::map<std::string, net::Resource*, std::less<>> resources_of(const ExpressionPtr& node);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -8,7 +8,7 @@
 #include "core/expression/device_sensors.h"
 #include "core/net/value_json.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 TwistSensor shift(const TwistSensor& twist, const VectorTerm& way) {
   return TwistSensor(
@@ -161,4 +161,4 @@ TwistSensor twist_between(const Cell& cell, const std::string& of, const std::st
       apply(net::ValueType::kTwist, "ConstantTwist", {{"value", Term<net::Twist>(net::Twist{}).operand()}}));
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

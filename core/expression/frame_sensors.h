@@ -7,7 +7,7 @@
 
 /// Poses and twists between any two frames of a cell, now and in a net. What does not move is a constant; arms and
 /// channels on the path become the primitives that say where they are. Realtime: setup.
-namespace takt::command {
+namespace takt::expression {
 
 /// Pose of frame `of` in frame `in`. Frames of the cell; "ARM" is an arm's base.
 [[nodiscard]] FrameSensor pose_between(const Cell& cell, const std::string& of, const std::string& in);
@@ -20,4 +20,4 @@ namespace takt::command {
 /// The velocity of a point of the same body, so far away from the one of `twist` (m, in the same axes).
 [[nodiscard]] TwistSensor shift(const TwistSensor& twist, const VectorTerm& way);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 /// When a law is at s.
@@ -40,4 +40,4 @@ bool is_some(const Interval& interval) {
   return interval.end - interval.begin > kLeast;
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -5,7 +5,7 @@
 #include "core/motion/planner.h"
 
 /// Where on its path clock a planned motion is one of a frame. Realtime: setup.
-namespace takt::command {
+namespace takt::expression {
 
 struct Interval {
   double begin = 0.0, end = 0.0;  ///< path time, s
@@ -17,4 +17,4 @@ struct Interval {
 /// When a motion is one of the frame, and not of joints: in order, apart.
 [[nodiscard]] std::vector<Interval> stretches_of_frame(const motion::Motion& motion);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -7,7 +7,7 @@
 #include "core/kinematics/chain.h"
 #include "core/kinematics/link_path.h"
 
-namespace takt::activity {
+namespace takt::expression {
 
 using kinematics::JointVector;
 
@@ -23,7 +23,7 @@ std::optional<Eigen::Isometry3d> link_pose(const device::ArmDescription& arm, co
 
 }  // namespace
 
-void update_flange_frames(command::Cell& cell, const std::function<JointVector(const std::string&)>& q_of) {
+void update_flange_frames(Cell& cell, const std::function<JointVector(const std::string&)>& q_of) {
   for (const auto& [name, arm] : cell.arms) {
     if (arm.device == nullptr || arm.device->description().chain == nullptr) continue;
     const JointVector q = q_of(name);
@@ -34,16 +34,16 @@ void update_flange_frames(command::Cell& cell, const std::function<JointVector(c
   }
 }
 
-void update_flange_frames(command::Cell& cell) {
+void update_flange_frames(Cell& cell) {
   update_flange_frames(cell, [&](const std::string& name) {
-    const command::MountedArm& arm = cell.arms.find(name)->second;
+    const MountedArm& arm = cell.arms.find(name)->second;
     const JointVector& sent = arm.set_point();
     return sent.size() > 0 ? sent : arm.start;
   });
 }
 
-command::Cell cell_at(const command::Cell& cell, const command::Places& places) {
-  command::Cell there = cell;
+Cell cell_at(const Cell& cell, const Places& places) {
+  Cell there = cell;
   update_flange_frames(there, [&](const std::string& name) {
     const auto place = places.find(name);
     return place == places.end() ? JointVector() : place->second;
@@ -85,4 +85,4 @@ bool moves(const world::FrameGraph& frames, std::string_view of, std::string_vie
   return std::ranges::any_of(from, [&](std::string_view name) { return frames.relation(name)->moves(); });
 }
 
-}  // namespace takt::activity
+}  // namespace takt::expression

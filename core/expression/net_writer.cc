@@ -11,7 +11,7 @@
 
 #include "core/net/digraph.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -317,4 +317,4 @@ std::string_view FragmentWriter::type_of(const std::string& id) const {
   return found == primitives.end() ? std::string_view() : std::string_view(found->type);
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

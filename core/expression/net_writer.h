@@ -14,7 +14,7 @@
 #include "core/expression/expression.h"
 #include "core/net/description.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 /// A Boolean of the net that is being written: a constant, or a port, maybe as it was one cycle ago (false before).
 struct Signal {
@@ -153,4 +153,4 @@ class FragmentWriter {
   std::size_t place_;
 };
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -6,7 +6,7 @@
 
 #include "core/net/value_json.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -172,4 +172,4 @@ RealSensor element(const JointsSensor& joints, int index) {
 }
 RealSensor largest(const JointsSensor& joints) { return unary<Real>("LargestJoint", {.node = joints.node()}); }
 
-}  // namespace takt::command
+}  // namespace takt::expression

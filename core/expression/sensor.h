@@ -5,7 +5,7 @@
 
 #include "core/expression/evaluate.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 /// A source of values: a reading of a device, or a formula over others. It exists in the program (`now()`) and in every
 /// net that uses it, and is the same primitives in both. A cheap value: a handle to an immutable formula. Any thread.
@@ -107,4 +107,4 @@ using FrameTerm = Term<net::Frame>;
 /// The largest size of an element.
 [[nodiscard]] RealSensor largest(const JointsSensor& joints);
 
-}  // namespace takt::command
+}  // namespace takt::expression

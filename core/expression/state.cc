@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -72,4 +72,4 @@ template State is_null(const TwistSensor&);
 template State is_null(const WrenchSensor&);
 template State is_null(const JointsSensor&);
 
-}  // namespace takt::command
+}  // namespace takt::expression

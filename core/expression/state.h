@@ -2,7 +2,7 @@
 
 #include "core/expression/sensor.h"
 
-namespace takt::command {
+namespace takt::expression {
 
 /// Something that holds or does not hold in each cycle: of a sensor, an action, an actuator, a command, or raised by an
 /// event. Logic has three values (row N2); what null means where a state acts, the event handler says (command.h). A
@@ -44,4 +44,4 @@ class State {
 template <class T>
 [[nodiscard]] State is_null(const Sensor<T>& sensor);
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -2,7 +2,7 @@
 
 #include "core/expression/tool_settings.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using Eigen::Isometry3d;
@@ -100,4 +100,4 @@ void lose_coupled(Cell& cell, const std::string& changer) {
   leave_tools(cell, changer, side);
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -7,7 +7,7 @@
 
 /// What coupling does to what the application believes: which tools hang on which arm. The same in a rehearsal as in a
 /// run. Realtime: setup.
-namespace takt::command {
+namespace takt::expression {
 
 /// What hangs on a changer; empty: nothing.
 [[nodiscard]] std::string coupled_side(const Cell& cell, std::string_view changer);
@@ -29,4 +29,4 @@ void hang_coupled_tools(Cell& cell);
 /// The changer has lost it: nobody knows where it is.
 void lose_coupled(Cell& cell, const std::string& changer);
 
-}  // namespace takt::command
+}  // namespace takt::expression

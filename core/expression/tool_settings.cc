@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 device::PayloadSetting payload_of(const world::MassProperties& body) { return {body.mass, body.p_OC, body.I_C}; }
@@ -60,4 +60,4 @@ Eigen::Isometry3d gripping_point(const Cell& cell, const std::string& gripper) {
   return arm == cell.arms.end() ? Eigen::Isometry3d::Identity() : arm->second.X_FT;
 }
 
-}  // namespace takt::command
+}  // namespace takt::expression

@@ -6,7 +6,7 @@
 
 /// What controllers of arms are told that hangs on their flanges: the tool in force, and as payload tools and parts, as
 /// the cell believes them. Realtime: setup.
-namespace takt::command {
+namespace takt::expression {
 
 /// What an arm is to be told: its tool centre point in force; as payload what hangs on it and what its grippers hold.
 /// Of an arm whose grippers hold nothing that has a known mass, the mass that a program said counts.
@@ -24,4 +24,4 @@ void expect_tool_settings(Cell& cell);
 /// Tool centre point of a gripper in the flange of its arm, whatever tool is in force, m.
 [[nodiscard]] Eigen::Isometry3d gripping_point(const Cell& cell, const std::string& gripper);
 
-}  // namespace takt::command
+}  // namespace takt::expression

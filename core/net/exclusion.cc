@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/net/activity.h"
+#include "core/net/activation.h"
 #include "core/net/implications.h"
 
 namespace takt::net {
@@ -27,23 +27,23 @@ struct Conflict {
 class PairProof {
  public:
   /// When number i is active, as a function.
-  using When = std::function<Bdd::Ref(Activity&, std::size_t)>;
+  using When = std::function<Bdd::Ref(Activation&, std::size_t)>;
 
   PairProof(const FlatNet& flat, When when, std::size_t& work) : flat_(flat), when_(std::move(when)), work_(work) {
     renew();
   }
-  ~PairProof() { work_ += activity_->work(); }
+  ~PairProof() { work_ += activation_->work(); }
   PairProof(const PairProof&) = delete;
   PairProof& operator=(const PairProof&) = delete;
 
   [[nodiscard]] std::optional<Conflict> check(std::size_t one, std::size_t other) {
-    if (work_ + activity_->work() >= kMostWork) return Conflict{one, other, kTangled};
+    if (work_ + activation_->work() >= kMostWork) return Conflict{one, other, kTangled};
     if (exclude(one, other)) return std::nullopt;
-    if (activity_->gave_up()) {
+    if (activation_->gave_up()) {
       renew();
       if (exclude(one, other)) return std::nullopt;
     }
-    return Conflict{one, other, activity_->gave_up() ? kTangled : activity_->example(of(one), of(other))};
+    return Conflict{one, other, activation_->gave_up() ? kTangled : activation_->example(of(one), of(other))};
   }
   static constexpr const char* kTangled = "the net is too tangled for a proof";
 
@@ -52,23 +52,23 @@ class PairProof {
 
   [[nodiscard]] Bdd::Ref of(std::size_t i) {
     const auto [known, fresh] = active_.try_emplace(i, Bdd::kTrue);
-    if (fresh) known->second = when_(*activity_, i);
+    if (fresh) known->second = when_(*activation_, i);
     return known->second;
   }
   [[nodiscard]] bool exclude(std::size_t one, std::size_t other) {
     const Bdd::Ref a = of(one);
-    return activity_->exclude(a, of(other));
+    return activation_->exclude(a, of(other));
   }
   void renew() {
-    if (activity_) work_ += activity_->work();
-    activity_ = std::make_unique<Activity>(flat_);
+    if (activation_) work_ += activation_->work();
+    activation_ = std::make_unique<Activation>(flat_);
     active_.clear();
   }
 
   const FlatNet& flat_;
   When when_;
   std::size_t& work_;
-  std::unique_ptr<Activity> activity_;
+  std::unique_ptr<Activation> activation_;
   std::map<std::size_t, Bdd::Ref> active_;
 };
 
@@ -105,7 +105,7 @@ class ExclusionCheck {
   std::optional<Conflict> conflict_of_drivers(const std::vector<int>& primitives) {
     const Implications implications(flat_, primitives);
     PairProof proof(
-        flat_, [&](Activity& activity, std::size_t i) { return activity.running(primitives[i]); }, work_);
+        flat_, [&](Activation& activation, std::size_t i) { return activation.running(primitives[i]); }, work_);
     for (const auto& [one, other] : implications.open_pairs())
       if (auto conflict = proof.check(one, other)) return conflict;
     if (!implications.has_more()) return std::nullopt;
@@ -116,7 +116,8 @@ class ExclusionCheck {
   /// Two inputs of the Merge that are not proven to exclude each other.
   std::optional<Conflict> conflict_of_inputs(int primitive, const std::vector<int>& ports) {
     PairProof proof(
-        flat_, [&](Activity& activity, std::size_t i) { return activity.present_at(primitive, ports[i]); }, work_);
+        flat_, [&](Activation& activation, std::size_t i) { return activation.present_at(primitive, ports[i]); },
+        work_);
     for (std::size_t other = 1; other < ports.size(); ++other)
       for (std::size_t one = 0; one < other; ++one)
         if (auto conflict = proof.check(one, other)) return conflict;

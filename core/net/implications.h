@@ -15,7 +15,7 @@ namespace takt::net {
 ///
 /// All primitives are propagated at once, as sets of bits per condition, so fragments that take turns along a chain
 /// cost in proportion to what their activations depend on. What this does not show may still exclude each other:
-/// Activity knows numbers and null, and looks into the cycles before. Private to core/net. Realtime: setup.
+/// Activation knows numbers and null, and looks into the cycles before. Private to core/net. Realtime: setup.
 class Implications {
  public:
   Implications(const FlatNet& flat, std::span<const int> primitives);

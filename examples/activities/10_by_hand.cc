@@ -8,7 +8,7 @@ namespace {
 
 /// How far somebody who leans on the arm from `begin` on pushes it away while it is a spring, m.
 double given_way(Cell& cell, const Actuator& robot, double begin, double stiffness) {
-  const auto tool = takt::command::tool_pose(cell.model(), "arm");  // where it is, not where it is told to be
+  const auto tool = takt::expression::tool_pose(cell.model(), "arm");  // where it is, not where it is told to be
   const CartesianCompliance spring{.stiffness = Eigen::Vector3d(stiffness, stiffness, stiffness)};
   const RunPtr hold =
       robot.use<HoldInterface>().hold({.seconds = begin + 3.0 - cell.time(), .compliance = spring}).begin_execute();

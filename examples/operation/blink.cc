@@ -16,9 +16,9 @@ namespace blink {
 namespace {
 
 using namespace takt;
-using activity::OperationCommand;
-using activity::ParameterTable;
-using activity::ReadContext;
+using operations::OperationCommand;
+using operations::ParameterTable;
+using operations::ReadContext;
 
 struct BlinkParameters {
   std::string output = {};              ///< a digital one; empty: the only output
@@ -36,7 +36,7 @@ void check_output(const BlinkParameters& blink, const ReadContext& from) {
 const ParameterTable<BlinkParameters>& blink_parameters() {
   static const auto table =
       ParameterTable<BlinkParameters>()
-          .name("output", activity::NameOf::kOutput, &BlinkParameters::output, "Digital output that blinks.")
+          .name("output", operations::NameOf::kOutput, &BlinkParameters::output, "Digital output that blinks.")
           .integer("times", &BlinkParameters::times, {.low = 1, .high = 20}, "How often.")
           .number("on_s", "s", &BlinkParameters::on, {.low = 0.0, .high = 60.0}, "How long it is true each time.")
           .number("off_s", "s", &BlinkParameters::off, {.low = 0.0, .high = 60.0}, "How long it is false after that.")
@@ -48,7 +48,8 @@ class BlinkCommand final : public OperationCommand {
  public:
   explicit BlinkCommand(BlinkParameters parameters) : blink_(std::move(parameters)) {}
 
-  [[nodiscard]] activity::MadeCommand make(const activity::BuildContext& context, const std::string&) const override {
+  [[nodiscard]] operations::MadeCommand make(const operations::BuildContext& context,
+                                             const std::string&) const override {
     const command::Actuator output = command::output(context.cell, blink_.output);
     command::TransactionCommand blinks(name);
     std::optional<command::Command> before;
@@ -70,7 +71,7 @@ class BlinkCommand final : public OperationCommand {
     return {.command = blinks, .actuator = output};
   }
 
-  void rehearse(activity::Rehearsal& rehearsal, Diagnostics&) const override {
+  void rehearse(operations::Rehearsal& rehearsal, Diagnostics&) const override {
     rehearsal.duration += static_cast<double>(blink_.times) * (blink_.on + blink_.off);
   }
 
@@ -78,12 +79,12 @@ class BlinkCommand final : public OperationCommand {
   BlinkParameters blink_;
 };
 
-activity::Operation blink_operation() {
+operations::Operation blink_operation() {
   return {.name = "blink",
           .doc = "Lets a digital output blink.",
-          .parameters = activity::rows_of<blink_parameters>,
-          .read_step = activity::step_of_command,
-          .read_command = activity::read_command<BlinkCommand, blink_parameters>};
+          .parameters = operations::rows_of<blink_parameters>,
+          .read_step = operations::step_of_command,
+          .read_command = operations::read_command<BlinkCommand, blink_parameters>};
 }
 
 TAKT_OPERATION(blink_operation);

@@ -1,6 +1,4 @@
 // Kind "fan": from the model's file to the device in the core, and the simulated fan.
-#include <cmath>
-
 #include <nlohmann/json.hpp>
 
 #include "cell/build/cell_builder.h"
@@ -9,39 +7,12 @@
 #include "core/base/object_reader.h"
 #include "core/kinematics/robot_model.h"
 #include "fan.h"
-#include "sim/model/device.h"
+#include "sim_fan.h"
 
 namespace fan {
 namespace {
 
 using namespace takt;
-
-/// A fan that follows its set point with a delay of first order. Thread: the one that steps the world.
-class SimFan final : public sim::SimDevice, public FanBackend {
- public:
-  SimFan(double time_constant, double speed) : time_constant_(time_constant), speed_(speed), wanted_(speed) {}
-
-  std::optional<double> read() override { return speed_; }
-  void write(double speed) override { wanted_ = speed; }
-
-  void start(const mjData_&) override {}
-  void actuate(mjData_&, const sim::Substep&) override {}
-  void measure(const mjData_&, Nanoseconds now) override {
-    const double dt = to_seconds(now - now_);
-    speed_ += (1.0 - std::exp(-dt / time_constant_)) * (wanted_ - speed_);
-    now_ = now;
-  }
-  void stream(sim::StateStream& state) override {
-    state(speed_);
-    state(wanted_);
-    state(now_);
-  }
-
- private:
-  double time_constant_;
-  double speed_, wanted_;  // rad/s
-  Nanoseconds now_ = 0;
-};
 
 class FanKind final : public cell::DeviceKind {
  public:

@@ -43,7 +43,10 @@ bool CanopenBus::poll(Nanoseconds now) {
   for (Drive& drive : drives_) {
     const auto request = drive.setup.next(now);
     if (request) (void)link_->send(*request);
-    if (std::string line = drive.setup.take_line(); !line.empty()) lines_.push_back(std::move(line));
+    std::string line = drive.setup.take_line();
+    if (line.empty()) continue;
+    if (drive.setup.phase() == DriveSetup::Phase::kRefused && refusal_.empty()) refusal_ = line;
+    lines_.push_back(std::move(line));
   }
   return awaited_ && complete() && std::exchange(awaited_, false);
 }
@@ -86,8 +89,9 @@ void CanopenBus::take(const CanFrame& frame, Nanoseconds now) {
 }
 
 void CanopenBus::meet_other_master() {
-  if (!std::exchange(other_master_, true))
-    lines_.emplace_back("another master is on the bus: end it, then start again");
+  if (std::exchange(other_master_, true)) return;
+  refusal_ = "another master is on the bus: end it, then start again";
+  lines_.push_back(refusal_);
 }
 
 void CanopenBus::take_heartbeat(const CanFrame& frame, Nanoseconds now) {

@@ -23,6 +23,7 @@ class CanopenBus final : public FieldBus {
   [[nodiscard]] const DriveInputs& inputs(std::size_t joint) const override { return drives_[joint].inputs; }
   [[nodiscard]] const DriveData& data(std::size_t joint) const override { return drives_[joint].setup.data(); }
   [[nodiscard]] std::uint16_t error(std::size_t joint) const override { return drives_[joint].error; }
+  [[nodiscard]] std::string refusal() const override { return refusal_; }
   [[nodiscard]] std::vector<std::string> lines() override;
   [[nodiscard]] CanCounts counts() const { return link_->counts(); }
 
@@ -49,6 +50,7 @@ class CanopenBus final : public FieldBus {
   bool other_master_ = false;
   Nanoseconds next_heartbeat_ = 0;
   std::vector<std::string> lines_;
+  std::string refusal_;
 };
 
 }  // namespace takt::hw::cia402

@@ -238,7 +238,13 @@ void Client::collect_lines() {
   std::vector<std::string> lines = bus_->lines();
   if (lines.empty()) return;
   const std::scoped_lock lock(lines_mutex_);
+  refusal_ = bus_->refusal();
   std::ranges::move(lines, std::back_inserter(lines_));
+}
+
+std::string Client::refusal() const {
+  const std::scoped_lock lock(lines_mutex_);
+  return refusal_;
 }
 
 std::vector<std::string> Client::news() {

@@ -81,6 +81,8 @@ class Client {
 
   // -- Any one thread.
   [[nodiscard]] std::vector<std::string> news();
+  /// As of DeviceDriver.
+  [[nodiscard]] std::string refusal() const;
 
  private:
   /// What the master knows of one drive.
@@ -134,7 +136,8 @@ class Client {
   std::optional<device::BrakeRamp> ramp_;
   std::int64_t ramp_begin_ = 0;
 
-  std::mutex lines_mutex_;
+  mutable std::mutex lines_mutex_;
+  std::string refusal_;  // guarded by lines_mutex_, as lines_
   std::vector<std::string> lines_;
 };
 

@@ -31,7 +31,12 @@ class Backend : public device::ArmDriver {
             .driver_delay = agent.driver_delay(),
             .dead_time = agent.dead_time()};
   }
+  [[nodiscard]] device::ConnectionCounts connection() const override {
+    const device::AgentReport& report = client_.agent().report();
+    return {report.samples, report.dry, report.drift};
+  }
   [[nodiscard]] std::vector<std::string> news() override { return client_.news(); }
+  [[nodiscard]] std::string refusal() const override { return client_.refusal(); }
   [[nodiscard]] Client& client() { return client_; }
 
  protected:

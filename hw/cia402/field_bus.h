@@ -39,7 +39,7 @@ class FieldBus {
     kSearching,  ///< some drive has not answered, or is lost
     kSettingUp,
     kRunning,
-    kRefused  ///< a drive is not what it must be: lines() says why
+    kRefused  ///< a drive is not what it must be: refusal() says why
   };
 
   virtual ~FieldBus() = default;
@@ -57,6 +57,8 @@ class FieldBus {
   [[nodiscard]] virtual const DriveData& data(std::size_t joint) const = 0;
   /// The error code that a drive reported last and has not taken back; 0: none.
   [[nodiscard]] virtual std::uint16_t error(std::size_t joint) const = 0;
+  /// Why it is in phase kRefused; empty: it is not. Realtime: setup.
+  [[nodiscard]] virtual std::string refusal() const = 0;
   /// What happened since the last call, for people. Realtime: setup.
   [[nodiscard]] virtual std::vector<std::string> lines() = 0;
 };

@@ -97,6 +97,8 @@ void Client::serve() {
     }
     take(std::span(buffer_).first(received->size), received->from);
   }
+  // Without a measurement nothing else says what came.
+  if (!seen_.any && report_.strangers + report_.misread > 0) published_.publish(report_);
 }
 
 void Client::discard() {
@@ -292,14 +294,27 @@ bool Client::leave() {
 // -- News
 // --------------------------------------------------------------------------------------------------------------
 
+std::string Client::refusal() {
+  (void)published_.take();
+  const ClientReport& now = published_.value();
+  if (now.measurements > 0) return {};
+  if (now.misread > 0)
+    return fmt::format("{} datagrams came that are no measurements of FRI 1.0: take the version of FRI that fits",
+                       now.misread);
+  if (now.strangers > 0)
+    return fmt::format("{} datagrams came, none from the controller: give the address that it sends from",
+                       now.strangers);
+  return {};
+}
+
 std::vector<std::string> Client::news() {
   std::vector<std::string> lines;
   (void)published_.take();
   const ClientReport& now = published_.value();
-  if (now.measurements == 0) return lines;
   const auto worse = [](Quality a, Quality b) { return a <= Quality::kBad || b <= Quality::kBad; };
   const bool quality_changed = now.quality != told_.quality && worse(now.quality, told_.quality);
-  if (now.state != told_.state || quality_changed || told_.measurements == 0)
+  const bool any = now.measurements > 0;
+  if (any && (now.state != told_.state || quality_changed || told_.measurements == 0))
     lines.push_back(fmt::format("FRI state {}, quality {}", name_of(now.state), name_of(now.quality)));
   if (now.fault != told_.fault && now.fault != Fault::kNone) lines.emplace_back(text_of(now.fault));
   if (now.error != told_.error && now.error != 0) lines.push_back(fmt::format("drive errors {:#06x}", now.error));

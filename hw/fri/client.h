@@ -94,6 +94,8 @@ class Client {
 
   // -- Any one thread.
   [[nodiscard]] std::vector<std::string> news();
+  /// As of DeviceDriver; thread of news().
+  [[nodiscard]] std::string refusal();
 
  private:
   /// What the core says beside set points.

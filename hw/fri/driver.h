@@ -34,6 +34,10 @@ class Backend : public device::ArmDriver {
             .driver_delay = agent.driver_delay(),
             .dead_time = agent.dead_time()};
   }
+  [[nodiscard]] device::ConnectionCounts connection() const override {
+    const device::AgentReport& report = client_.agent().report();
+    return {report.samples, report.dry, report.drift};
+  }
   [[nodiscard]] std::vector<std::string> news() override { return client_.news(); }
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return &wrench_; }
   [[nodiscard]] std::optional<Nanoseconds> packet_time() const override { return client_.agent().report().packet_time; }

@@ -44,6 +44,8 @@ std::string Client::fault_text(std::uint32_t fault) {
   switch (static_cast<Fault>(fault)) {
     case Fault::kNone:
       return {};
+    case Fault::kLost:
+      return "the connection to the coupler is lost; check its cable and its power, and reset it when it is back";
     case Fault::kNotConnected:
       return "the coupler does not answer; check its address, its cable, and that it serves Modbus TCP";
     case Fault::kStarting:
@@ -59,6 +61,17 @@ std::string Client::fault_text(std::uint32_t fault) {
 void Client::tell(std::string line) {
   const std::scoped_lock lock(news_mutex_);
   if (news_.size() < kNewsKept) news_.push_back(std::move(line));
+}
+
+void Client::keep_refusal(std::string why) {
+  if (!why.empty()) tell(why);
+  const std::scoped_lock lock(news_mutex_);
+  refusal_ = std::move(why);
+}
+
+std::string Client::refusal() const {
+  const std::scoped_lock lock(news_mutex_);
+  return refusal_;
 }
 
 std::vector<std::string> Client::news() {
@@ -96,6 +109,7 @@ void Client::keep_connected(Nanoseconds now) {
   if (open_) return;
   open_ = true;
   refused_ = false;
+  keep_refusal({});
   ++counts_.connections;
   due_ = now;
   publish();
@@ -109,6 +123,7 @@ void Client::poll() {
   if (parser_.broken()) lose(now, "what answers does not speak Modbus TCP");
   if (reset_.exchange(false) && open_) {
     interrupted_ = refused_ = false;
+    keep_refusal({});
     tell("reset");
   }
   if (open_ && !refused_ && now >= next_due()) {
@@ -165,9 +180,9 @@ void Client::handle(const Frame& frame, Nanoseconds now) {
   if (!answer) {
     const std::string why(answer.error().exception ? name_of(*answer.error().exception) : "an answer of another form");
     const bool probe = request.function == Function::kReadCoils || request.function == Function::kReadHoldingRegisters;
-    tell(fmt::format("function {} on addresses {} to {} refused: {}; check '{}' of the site, and unit {}",
-                     static_cast<int>(request.function), request.address, request.address + request.count - 1, why,
-                     probe ? "digital_outputs" : part_of(request.function).setting, options_.map.unit));
+    keep_refusal(fmt::format("function {} on addresses {} to {} refused: {}; check '{}' of the site, and unit {}",
+                             static_cast<int>(request.function), request.address, request.address + request.count - 1,
+                             why, probe ? "digital_outputs" : part_of(request.function).setting, options_.map.unit));
     refused_ = true;
     requests_.clear();
     asked_ = 0;
@@ -199,7 +214,7 @@ void Client::complete(Nanoseconds now) {
 }
 
 Fault Client::fault() const {
-  if (!open_) return Fault::kNotConnected;
+  if (!open_) return interrupted_ ? Fault::kLost : Fault::kNotConnected;
   if (refused_) return Fault::kRefused;
   if (interrupted_) return Fault::kInterrupted;
   return complete_ ? Fault::kNone : Fault::kStarting;

@@ -25,7 +25,7 @@ struct ClientOptions {
 };
 
 /// Causes of a block that is not ready (InputImage::fault).
-enum class Fault : std::uint32_t { kNone = 0, kNotConnected = 0x4D42'0001, kStarting, kRefused, kInterrupted };
+enum class Fault : std::uint32_t { kNone = 0, kNotConnected = 0x4D42'0001, kStarting, kRefused, kInterrupted, kLost };
 
 /// What was measured of a driver; counters only grow.
 struct ClientCounts {
@@ -47,6 +47,8 @@ class Client {
   void reset() { reset_ = true; }
   [[nodiscard]] static std::string fault_text(std::uint32_t fault);
   [[nodiscard]] std::vector<std::string> news();
+  /// As of DeviceDriver.
+  [[nodiscard]] std::string refusal() const;
 
   // -- The driver's thread -------------------------------------------------------------------------------------------
   void poll();
@@ -69,6 +71,8 @@ class Client {
   void publish();
   [[nodiscard]] Fault fault() const;
   void tell(std::string line);
+  /// Tells it, and keeps it until the device is tried again; empty: it is.
+  void keep_refusal(std::string why);
 
   ClientOptions options_;
   std::shared_ptr<const device::IoDescription> description_;
@@ -78,8 +82,9 @@ class Client {
   const Clock& clock_;
 
   std::atomic<bool> reset_ = false;
-  std::mutex news_mutex_;  // of news_ alone: the cycle never takes it
+  mutable std::mutex news_mutex_;  // of news_ and refusal_ alone: the cycle never takes it
   std::vector<std::string> news_;
+  std::string refusal_;
 
   ByteLink link_;
   FrameParser parser_;

@@ -28,6 +28,7 @@ class Backend : protected ImageOwner, public device::IoDriver {
                : Client::fault_text(static_cast<std::uint32_t>(Fault::kNotConnected));
   }
   void reset() override { client_.reset(); }
+  [[nodiscard]] std::string refusal() const override { return client_.refusal(); }
   [[nodiscard]] std::vector<std::string> news() override { return client_.news(); }
   [[nodiscard]] Client& client() { return client_; }
 

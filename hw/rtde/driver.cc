@@ -174,8 +174,7 @@ void Driver::brake() {
 std::string Driver::fault_text(std::uint32_t fault) const {
   if (fault == 0) fault = static_cast<std::uint32_t>(wire_fault_.load());
   if (fault == static_cast<std::uint32_t>(DriverFault::kRefused)) {
-    const std::scoped_lock lock(news_mutex_);
-    if (!refusal_.empty()) return refusal_;
+    if (std::string refused = refusal(); !refused.empty()) return refused;
   }
   const auto at = std::ranges::find(kFaultTexts, static_cast<DriverFault>(fault), &FaultText::fault);
   return at == kFaultTexts.end() ? device::ArmAgent::fault_text(fault) : std::string(at->text);
@@ -192,6 +191,11 @@ device::BackendTiming Driver::timing() const {
 std::vector<std::string> Driver::news() {
   const std::scoped_lock lock(news_mutex_);
   return std::exchange(news_, {});
+}
+
+std::string Driver::refusal() const {
+  const std::scoped_lock lock(news_mutex_);
+  return refusal_;
 }
 
 void Driver::tell(std::string line) {

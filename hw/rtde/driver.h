@@ -94,7 +94,12 @@ class Driver : public device::ArmDriver {
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return &force_; }
   [[nodiscard]] std::optional<Nanoseconds> packet_time() const override { return agent_.report().packet_time; }
   [[nodiscard]] device::IoDriver* terminals(const device::IoTerminals& /*machine*/) override { return block_.get(); }
+  [[nodiscard]] device::ConnectionCounts connection() const override {
+    const device::AgentReport& report = agent_.report();
+    return {report.samples, report.dry, report.drift};
+  }
   [[nodiscard]] std::vector<std::string> news() override;
+  [[nodiscard]] std::string refusal() const override;
 
   // -- The wire: one thread
   // --------------------------------------------------------------------------------------------

@@ -43,6 +43,8 @@ std::string Client::fault_text(std::uint32_t fault) {
   switch (static_cast<Fault>(fault)) {
     case Fault::kNone:
       return {};
+    case Fault::kLost:
+      return "the connection to the gripper is lost; check its cable and its power";
     case Fault::kNotConnected:
       return "the gripper does not answer; check its address, its cable, and that its command interface is TCP";
     case Fault::kStarting:
@@ -64,6 +66,17 @@ std::string Client::fault_text(std::uint32_t fault) {
 void Client::tell(std::string line) {
   const std::scoped_lock lock(news_mutex_);
   if (news_.size() < kMostNews) news_.push_back(std::move(line));
+}
+
+void Client::keep_refusal(std::string why) {
+  if (!why.empty()) tell(why);
+  const std::scoped_lock lock(news_mutex_);
+  refusal_ = std::move(why);
+}
+
+std::string Client::refusal() const {
+  const std::scoped_lock lock(news_mutex_);
+  return refusal_;
 }
 
 std::vector<std::string> Client::news() {
@@ -110,6 +123,7 @@ void Client::service_connection(Nanoseconds now) {
     ++counts_.connections;
     heard_at_ = now;
     refused_ = wrong_ = false;
+    keep_refusal({});
     go_on(Step::kLimits, now);
   }
 }
@@ -213,8 +227,8 @@ bool Client::handle_set_up(Command command, const Answer& answer, Nanoseconds no
   if (answer.status == Status::kPending) return true;
   const bool done = answer.status == Status::kSuccess;
   if (!done && step_ != Step::kHome && step_ != Step::kAcknowledge) {
-    tell(fmt::format("the set-up was refused: command {:02X}h, {}", static_cast<unsigned>(command),
-                     name_of(answer.status)));
+    keep_refusal(fmt::format("the set-up was refused: command {:02X}h, {}", static_cast<unsigned>(command),
+                             name_of(answer.status)));
     refused_ = true;
     step_ = Step::kFailed;
     publish(now);
@@ -243,6 +257,7 @@ bool Client::handle_set_up(Command command, const Answer& answer, Nanoseconds no
       handle_update(command, answer, now);
       if (++updates_asked_ < std::size(kUpdates)) break;
       step_ = Step::kRunning;
+      ran_ = true;
       // What was wanted before it is connected again is over: nothing moves by an old command.
       if (counts_.connections > 1) current_ = wanted_;
       interrupted_ = false;
@@ -263,12 +278,13 @@ void Client::handle_limits(const Answer& answer, Nanoseconds now) {
   if (same) return go_on(counts_.connections == 1 ? Step::kAcknowledge : Step::kState, now);
   wrong_ = true;
   step_ = Step::kFailed;
-  tell(limits
-           ? fmt::format("another gripper: stroke {:.1f} mm and {:.0f} to {:.0f} N, the model has {:.1f} mm and {:.0f} "
-                         "to {:.0f} N; use its model",
-                         1e3 * limits->stroke, limits->force_min, limits->force_nominal, 1e3 * description_->stroke,
-                         description_->force_min, description_->force_max)
-           : "its limits cannot be read: is there a gripper of the WSG series?");
+  keep_refusal(
+      limits
+          ? fmt::format("another gripper: stroke {:.1f} mm and {:.0f} to {:.0f} N, the model has {:.1f} mm and {:.0f} "
+                        "to {:.0f} N; use its model",
+                        1e3 * limits->stroke, limits->force_min, limits->force_nominal, 1e3 * description_->stroke,
+                        description_->force_min, description_->force_max)
+          : "its limits cannot be read: is there a gripper of the WSG series?");
   publish(now);
 }
 
@@ -311,7 +327,7 @@ void Client::handle_update(Command command, const Answer& answer, Nanoseconds no
 }
 
 void Client::refuse(Command command, Status status) {
-  tell(fmt::format("command {:02X}h refused: {}", static_cast<unsigned>(command), name_of(status)));
+  keep_refusal(fmt::format("command {:02X}h refused: {}", static_cast<unsigned>(command), name_of(status)));
   motion_.reset();
   setting_.reset();
   refused_ = true;
@@ -376,6 +392,7 @@ void Client::begin_motion(Nanoseconds now) {
 void Client::acknowledge_on_reset(Nanoseconds now) {
   if (!reset_.exchange(false) || step_ != Step::kRunning) return;
   refused_ = false;
+  keep_refusal({});
   // A command that was dropped is never reported as carried out: the core gives another one.
   if (wanted_.sequence != current_.sequence) answered_ = 0;
   current_ = wanted_;
@@ -387,7 +404,7 @@ void Client::acknowledge_on_reset(Nanoseconds now) {
 Fault Client::fault() const {
   if (wrong_) return Fault::kWrongGripper;
   if (refused_) return Fault::kRefused;
-  if (step_ == Step::kIdle) return Fault::kNotConnected;
+  if (step_ == Step::kIdle) return ran_ ? Fault::kLost : Fault::kNotConnected;
   if (step_ != Step::kRunning) return Fault::kStarting;
   if ((flags_ & (kTemperatureFault | kPowerFault | kCurrentFault | kFingerFault)) != 0) return Fault::kHardware;
   if ((flags_ & kFastStopped) != 0) return Fault::kFastStop;

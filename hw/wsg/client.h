@@ -33,7 +33,8 @@ enum class Fault : std::uint32_t {
   kNotReferenced,  ///< the fingers have to be homed
   kFastStop,
   kHardware,  ///< power, current, temperature or a finger
-  kRefused    ///< it refused a command: the news say which, and why
+  kRefused,   ///< it refused a command: the news say which, and why
+  kLost       ///< not connected any more
 };
 
 /// What was measured of a driver; counters only grow.
@@ -63,6 +64,8 @@ class Client {
   void reset() { reset_ = true; }
   [[nodiscard]] static std::string fault_text(std::uint32_t fault);
   [[nodiscard]] std::vector<std::string> news();
+  /// As of DeviceDriver.
+  [[nodiscard]] std::string refusal() const;
 
   // -- The driver's thread -------------------------------------------------------------------------------------------
   /// Takes what has come, and sends what is due.
@@ -109,6 +112,8 @@ class Client {
   [[nodiscard]] device::GripperState state();
   [[nodiscard]] bool holds() const;
   void tell(std::string line);
+  /// Tells it, and keeps it until the device is tried again; empty: it is.
+  void keep_refusal(std::string why);
 
   ClientOptions options_;
   std::shared_ptr<const device::GripperDescription> description_;
@@ -119,8 +124,9 @@ class Client {
   NewestSlot<device::GripperSetPoint> commands_;
   NewestSlot<device::GripperSample> samples_;
   std::atomic<bool> reset_ = false;
-  std::mutex news_mutex_;  // of news_ alone: the cycle never takes it
+  mutable std::mutex news_mutex_;  // of news_ and refusal_ alone: the cycle never takes it
   std::vector<std::string> news_;
+  std::string refusal_;
 
   // The connection
   ByteLink link_;
@@ -147,6 +153,7 @@ class Client {
   bool part_lost_ = false;            // what a move met is gone
   bool interrupted_ = false;          // the connection broke while a command was carried out
   bool refused_ = false, wrong_ = false;
+  bool ran_ = false;            // once: it can be lost
   std::uint64_t answered_ = 0;  // the command that the gripper has accepted last
   device::GripperSample sample_;
   ClientCounts counts_;

@@ -17,6 +17,7 @@ class Backend : public device::GripperDriver {
   void write(const device::GripperSetPoint& set_point) override { client_.write(set_point); }
   [[nodiscard]] std::string fault_text(std::uint32_t fault) const override { return Client::fault_text(fault); }
   void reset() override { client_.reset(); }
+  [[nodiscard]] std::string refusal() const override { return client_.refusal(); }
   [[nodiscard]] std::vector<std::string> news() override { return client_.news(); }
   [[nodiscard]] Client& client() { return client_; }
 

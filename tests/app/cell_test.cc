@@ -147,8 +147,8 @@ TEST(Cell, AnErrorOfTheProgramEndsWhatRunsInOrder) {
   EXPECT_FALSE(cell.core().find_arm("arm")->held());
 }
 
-command::State never(Cell& cell) {
-  return is_greater(element(command::measured_joints(cell.model(), cell.arm().name()), 0), 100.0);
+expression::State never(Cell& cell) {
+  return is_greater(element(expression::measured_joints(cell.model(), cell.arm().name()), 0), 100.0);
 }
 
 TEST(Cell, WhatFailsWhileNobodyWaitsIsAnErrorOfTheRunUnlessItsOutcomeIsRead) {
@@ -224,7 +224,7 @@ TEST(Cell, ArmsOfDifferentGroupsDoNotMoveAsOne) {
   const auto lift = [](Cell& cell) {
     Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
     X_WC.translation() << 0.6, 0.0, 0.5;
-    const activity::TwoArms pair(cell.arm("left"), cell.arm("right"), X_WC);
+    const app::TwoArms pair(cell.arm("left"), cell.arm("right"), X_WC);
     pair.lin_by({0.0, 0.0, 0.02}).execute();
   };
   Cell apart("beside.json", two_arms({{{"left"}, {"right"}}}, "lwr4plus"));
@@ -519,7 +519,7 @@ TEST(Cell, AMotionThatWouldCollideIsRefusedBeforeItBegins) {
 TEST(Cell, TheDistanceOfTwoBodiesIsASensor) {
   Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .quiet = true});
   const auto motion = cell.arm().use<MotionInterface>();
-  const command::RealSensor distance = cell.distance({"probe"}, {"table"});
+  const expression::RealSensor distance = cell.distance({"probe"}, {"table"});
   ASSERT_TRUE(distance.now());
   const double before = *distance.now();
   motion.lin_by({0.0, 0.0, 0.05}).execute();

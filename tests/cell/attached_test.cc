@@ -51,7 +51,7 @@ TEST(AttachedParts, GoWithTheToolInTheBeliefAndInTruth) {
   EXPECT_LT((believed->translation() - truth.translation()).norm(), 0.001);
   EXPECT_GT(truth.translation().z(), 0.85);
   // The controller and the sensor know what hangs there now.
-  const command::MountedArm& arm = built.cell.arms.at("arm");
+  const expression::MountedArm& arm = built.cell.arms.at("arm");
   EXPECT_NEAR(arm.device->tool().payload.mass - arm.unloaded->mass, built.cell.objects.at("screw").mass.mass, 1e-9);
 }
 
@@ -60,7 +60,7 @@ TEST(AttachedParts, StayWhereTheProgramSaysThatTheyAreLeft) {
       {"do": "detach", "onto": "rack", "position_m": [0, 0, 0.008], "rpy_deg": [0, 0, 30]})"));
   ASSERT_NE(ran.session, nullptr);
   ASSERT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
-  const command::Cell& cell = ran.built().cell;
+  const expression::Cell& cell = ran.built().cell;
   EXPECT_TRUE(cell.held.empty());
   EXPECT_EQ(cell.frames.relation("screw")->parent, "rack");
   const auto X = cell.frames.pose("screw", "rack");

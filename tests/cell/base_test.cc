@@ -178,8 +178,8 @@ TEST(ArmOnBase, TheToolGoesStraightInTheRoomWhileTheBaseDrivesAndTurns) {
   };
   for (int k = 0; k < 100; ++k) cycle();
 
-  command::Cell& cell = built->cell;
-  const command::MountedArm &base = cell.arms.at("base"), &arm = cell.arms.at("arm");
+  expression::Cell& cell = built->cell;
+  const expression::MountedArm &base = cell.arms.at("base"), &arm = cell.arms.at("arm");
   const Eigen::Isometry3d X_FA = cell.frames.relation("arm")->X_PF;
   const auto set_point = [&] {
     return Eigen::Isometry3d(base.device->description().chain->forward(base.device->set_point().q) * X_FA *

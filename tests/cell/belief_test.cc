@@ -32,7 +32,7 @@ Description shipped(const std::string& name, const std::vector<Override>& overri
 }
 
 /// kg, as its controller was told.
-double load_of(const command::Cell& cell, const std::string& arm) {
+double load_of(const expression::Cell& cell, const std::string& arm) {
   return cell.arms.find(arm)->second.device->tool().payload.mass;
 }
 

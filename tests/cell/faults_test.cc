@@ -1,5 +1,5 @@
 // What happens to the machines of a scenario, whatever its program does.
-#include "cell/build/faults.h"
+#include "cell/faults/faults.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -81,19 +81,21 @@ TEST(Faults, APushLeadsASoftArmAwayAsLongAsItLasts) {
   EXPECT_LT(at(4.9).norm(), 5e-4) << "and it comes back";
 }
 
+/// Why a cell with these faults does not run.
+Diagnostics why(const std::string& faults) {
+  const auto description = description_with(faults);
+  if (!description) return description.error();
+  static const device::ModelLibrary models({"models"});
+  auto session = Session::create(*description, models);
+  return session ? Diagnostics() : session.error();
+}
+
 TEST(Faults, APushNamesItsBodyAndItsForce) {
-  const auto why = [](const std::string& push) {
-    const auto description = description_with("[" + push + "]");
-    if (!description) return description.error();
-    static const device::ModelLibrary models({"models"});
-    auto session = Session::create(*description, models);
-    return session ? Diagnostics() : session.error();
-  };
-  EXPECT_THAT(why(R"({"at_s": 1, "do": "push"})"),
+  EXPECT_THAT(why(R"([{"at_s": 1, "do": "push"}])"),
               AllOf(Reports(Code::kMissing, "/faults/0", {"body"}), Reports(Code::kMissing, "/faults/0", {"force_N"})));
-  EXPECT_THAT(why(R"({"at_s": 1, "do": "push", "body": "arm/elbow", "force_N": [0, 0, 1]})"),
+  EXPECT_THAT(why(R"([{"at_s": 1, "do": "push", "body": "arm/elbow", "force_N": [0, 0, 1]}])"),
               Reports(Code::kUnknownName, "/faults/0/body", {"arm/elbow", "DEVICE/LINK"}));
-  EXPECT_THAT(why(R"({"at_s": 1, "do": "push", "body": "arm/base", "force_N": [0, 1], "arm": "arm", "seconds": 0})"),
+  EXPECT_THAT(why(R"([{"at_s": 1, "do": "push", "body": "arm/base", "force_N": [0, 1], "arm": "arm", "seconds": 0}])"),
               AllOf(Reports(Code::kWrongType, "/faults/0/force_N"), Reports(Code::kUnknownKey, "/faults/0/arm"),
                     Reports(Code::kOutOfRange, "/faults/0/seconds")));
 }
@@ -126,17 +128,27 @@ TEST(Faults, AButtonThatIsNeverPressedInTheWayOfNothing) {
 }
 
 TEST(Faults, WhatIsWrongIsFoundAtOnce) {
-  const auto wrong = description_with(R"([{"at_s": -1, "do": "stopp"}, {"at_s": 1, "do": "reset", "arm": "arm"},
-                                          {"do": "stop", "category": 3, "who": "arm"}])");
-  ASSERT_FALSE(wrong);
-  EXPECT_THAT(wrong.error(),
+  EXPECT_THAT(why(R"([{"at_s": -1, "do": "stopp"}, {"at_s": 1, "do": "reset", "arm": "arm"}, 3,
+                      {"do": "stop", "category": 3, "who": "arm"}])"),
+              Reports(Code::kWrongType, "/faults/2"));
+  EXPECT_THAT(why(R"([{"at_s": -1, "do": "stopp"}, {"at_s": 1, "do": "reset", "arm": "arm"},
+                      {"do": "stop", "category": 3, "who": "arm"}])"),
               AllOf(Reports(Code::kOutOfRange, "/faults/0/at_s"), Reports(Code::kUnknownName, "/faults/0/do", {"stop"}),
-                    Reports(Code::kConflict, "/faults/1/arm"), Reports(Code::kMissing, "/faults/2", {"at_s"}),
+                    Reports(Code::kUnknownKey, "/faults/1/arm"), Reports(Code::kMissing, "/faults/2", {"at_s"}),
                     Reports(Code::kOutOfRange, "/faults/2/category"), Reports(Code::kUnknownKey, "/faults/2/who")));
-  static const device::ModelLibrary models({"models"});
-  const auto nobody = Session::create(*description_with(R"([{"at_s": 1, "do": "stop", "arm": "amr"}])"), models);
-  ASSERT_FALSE(nobody);
-  EXPECT_THAT(nobody.error(), Reports(Code::kUnknownName, "/faults/0/arm", {"amr", "arm"}));
+  const auto rest = parse_description(R"({"devices": {"arm": {"model": "lwr4plus"}},
+      "program": {"do": "ptp", "to": {"joints_deg": [900, 0, 0, 0, 0, 0, 0]}}, "faults": [{"at_s": 1, "do": "stopp"}],
+      "expectations": [{"kind": "limit"}]})");
+  ASSERT_TRUE(rest) << rest.error().to_string();
+  const auto all = Session::create(*rest, device::ModelLibrary({"models"}));
+  ASSERT_FALSE(all);
+  EXPECT_THAT(all.error(),
+              AllOf(Reports(Code::kUnknownName, "/faults/0/do"), Reports(Code::kUnknownName, "/expectations/0/kind"),
+                    ReportsAnywhere(Code::kOutOfRange)));
+  EXPECT_THAT(why(R"([{"at_s": 1, "do": "emergency_stop", "category": 2, "brakes_after_s": 1}])"),
+              Reports(Code::kConflict, "/faults/0/brakes_after_s"));
+  EXPECT_THAT(why(R"([{"at_s": 1, "do": "stop", "arm": "amr"}])"),
+              Reports(Code::kUnknownName, "/faults/0/arm", {"amr", "arm"}));
 }
 
 }  // namespace

@@ -18,9 +18,9 @@
 namespace takt::cell::freedrive_test {
 namespace {
 
-using activity::FreedriveInterface;
 using activity::RunPtr;
 using activity::RunState;
+using app::FreedriveInterface;
 using device::ControlMode;
 using takt::test::Reports;
 using testing::AllOf;
@@ -51,7 +51,7 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
                                         list(limits.acceleration), list(limits.jerk)},
         1e-3, 1e-11);
     for (int i = 0; i < 200; ++i) cycle();
-    robot_ = std::make_unique<activity::Actuator>(*program_, "arm");
+    robot_ = std::make_unique<app::Actuator>(*program_, "arm");
   }
 
   /// One cycle, in which the hand pushes the tool, and holds the button or not.
@@ -74,7 +74,9 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
   [[nodiscard]] Eigen::Vector3d tip() const {
     return cell_->world->body_pose(cell_->world->body(pushed_)).translation();
   }
-  [[nodiscard]] command::State button() const { return command::holds(command::channel<bool>(cell_->cell, "button")); }
+  [[nodiscard]] expression::State button() const {
+    return expression::holds(expression::channel<bool>(cell_->cell, "button"));
+  }
   /// A net that trips the guard ends with a failure; and the oracle differences what was sent.
   void expect_within_limits() {
     EXPECT_LE(oracle_->range_excess, 1e-9);
@@ -100,7 +102,7 @@ class FreedriveTest : public testing::TestWithParam<std::string> {
 
   std::unique_ptr<BuiltCell> cell_;
   std::unique_ptr<activity::Runtime> program_;
-  std::unique_ptr<activity::Actuator> robot_;
+  std::unique_ptr<app::Actuator> robot_;
   std::unique_ptr<takt::test::LimitOracle> oracle_;
   std::string pushed_ = "wrist/measuring";
   Eigen::Vector3d hand_ = Eigen::Vector3d::Zero();  ///< N, in the world

@@ -47,7 +47,7 @@ TEST(PairSchema, TwoArmsAsOneAreKnownToBothAndSoAreTheirMistakes) {
   ASSERT_TRUE(built) << built.error().to_string();
   const auto refused = [&](const Json& json) {
     const auto description = parse_description(json.dump());
-    const auto program = activity::Program::parse(description->program, "/program", built->cell);
+    const auto program = program::Program::parse(description->program, "/program", built->cell);
     return !program || !make_expectations(description->expectations, *built, program->names());
   };
   EXPECT_TRUE(schema().accepts(Json::parse(kTwoArms)));

@@ -59,12 +59,12 @@ Lifted lift(double stiffness) {
   Lifted lifted;
   if (!session) return lifted;
   std::optional<std::size_t> watch;
-  std::optional<command::RealSensor> squeezed;
+  std::optional<expression::RealSensor> squeezed;
   std::optional<Eigen::Matrix4d> first;
   RunOptions options;
   options.after_cycle = [&](BuiltCell& built) {
     if (!watch) watch = built.world->watch_contact("bar", "in the way").value();
-    if (!squeezed) squeezed = command::internal_force(built.cell, "left wrist", "right wrist", {});
+    if (!squeezed) squeezed = expression::internal_force(built.cell, "left wrist", "right wrist", {});
     constexpr double kMean = 0.01;  // over some 100 cycles: the sensors are noisy
     lifted.force += kMean * (built.world->contact(*watch).force - lifted.force);
     lifted.internal += kMean * (squeezed->now().value_or(0.0) - lifted.internal);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "cell/build/cell_builder.h"
+#include "cell/faults/faults.h"
 #include "core/device/device_file.h"
 #include "tests/support/limit_oracle.h"
 
@@ -35,17 +36,18 @@ class PairTest : public testing::TestWithParam<const char*> {
     auto cell = build_cell(*description, device::ModelLibrary({"models"}), false, warnings);
     EXPECT_TRUE(cell) << cell.error().to_string();
     built = std::make_unique<BuiltCell>(std::move(*cell));
+    EXPECT_TRUE(make_faults(description->faults, *built)) << "they bring the latch";
     program = std::make_unique<activity::Runtime>(*built->core, built->cell, [this] { cycle(); });
     for (int i = 0; i < 5; ++i) cycle();
     built->emergency_stop->set_reset(true);
     cycle();
     built->emergency_stop->set_reset(false);
-    const activity::Actuator left(*program, "left"), right(*program, "right");
-    for (const auto* one : {&left, &right}) one->use<activity::PtpInterface>().ptp(ready(one->name())).execute();
+    const app::Actuator left(*program, "left"), right(*program, "right");
+    for (const auto* one : {&left, &right}) one->use<app::PtpInterface>().ptp(ready(one->name())).execute();
     for (int i = 0; i < 500; ++i) cycle();
     Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
     X_WC.translation() << 0.8, 0.0, flange("left").translation().z();
-    pair = std::make_unique<activity::TwoArms>(left, right, X_WC);
+    pair = std::make_unique<app::TwoArms>(left, right, X_WC);
   }
 
   void cycle() {
@@ -119,7 +121,7 @@ class PairTest : public testing::TestWithParam<const char*> {
   std::unique_ptr<BuiltCell> built;
   std::map<std::string, std::vector<std::vector<double>>> sent;
   std::unique_ptr<activity::Runtime> program;
-  std::unique_ptr<activity::TwoArms> pair;
+  std::unique_ptr<app::TwoArms> pair;
 };
 
 TEST_P(PairTest, P5_AMotionKeepsThemTogether) {

@@ -1,5 +1,5 @@
 // Expectations about a part of the program, each both ways.
-#include "cell/judge/part_expectations.h"
+#include "cell/judge/expectations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -16,7 +16,7 @@ struct Ran {
   RunReport report;
 
   [[nodiscard]] const BuiltCell& built() const { return session->built(); }
-  [[nodiscard]] const command::Cell& cell() const { return built().cell; }
+  [[nodiscard]] const expression::Cell& cell() const { return built().cell; }
 };
 
 /// A description that is refused fails the test.

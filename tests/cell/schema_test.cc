@@ -197,8 +197,9 @@ Diagnostics diagnostics_of(const Json& json) {
   static Diagnostics warnings;
   static auto built = build_cell(*parse_description(kEverything), models(), false, warnings);
   if (!built) return built.error();
-  const auto program = activity::Program::parse(description->program, "/program", built->cell, &description->programs);
+  const auto program = program::Program::parse(description->program, "/program", built->cell, &description->programs);
   if (!program) return program.error();
+  if (const auto faults = make_faults(description->faults, *built); !faults) return faults.error();
   const auto expectations = make_expectations(description->expectations, *built, program->names());
   return expectations ? Diagnostics{} : expectations.error();
 }

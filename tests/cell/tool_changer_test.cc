@@ -26,7 +26,7 @@ Eigen::Vector3d truth(const Ran& ran, const std::string& side) {
 
 /// What the controller is told beyond what is fixed to the arm, kg.
 double load(const Ran& ran) {
-  const command::MountedArm& arm = ran.cell().arms.at("arm");
+  const expression::MountedArm& arm = ran.cell().arms.at("arm");
   return arm.device->tool().payload.mass - arm.unloaded->mass;
 }
 
@@ -74,7 +74,7 @@ TEST(ToolChanges, WhatIsCoupledIsAToolOfTheArm) {
         {"kind": "event", "source": "changer", "event": "coupled", "times": 1}])"));
   ASSERT_NE(ran.session, nullptr);
   ASSERT_EQ(ran.report.verdict, Verdict::kPassed) << ran.report.diagnostics.to_string();
-  const command::Cell& cell = ran.cell();
+  const expression::Cell& cell = ran.cell();
   EXPECT_EQ(cell.held.at("changer").object, "probe side");
   EXPECT_EQ(cell.tools.at("probe").arm, "arm");
   EXPECT_EQ(cell.tools.at("gripper").arm, "");

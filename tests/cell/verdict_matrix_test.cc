@@ -288,15 +288,16 @@ bool is_without(std::string_view kind, World world) {
 }
 
 TEST(VerdictMatrix, EachKindHasARowForEachWorld) {
-  for (const ExpectationKind& kind : expectation_kinds())
+  for (const ExpectationKind& kind : ExpectationKind::registry().all())
     for (const World world : kWorlds)
       EXPECT_NE(has_row(kind.name, world), is_without(kind.name, world)) << kind.name << ", " << name_of(world);
 }
 
 /// A kind that may look at a part of a run has to say what an empty part is.
 TEST(VerdictMatrix, OnlyKindsWithoutAWindowAreWithoutItsRows) {
-  for (const ExpectationKind& kind : expectation_kinds()) {
-    const bool windowed = kind.doc.find("during") != kind.doc.npos || kind.doc.find("from,") != kind.doc.npos;
+  for (const ExpectationKind& kind : ExpectationKind::registry().all()) {
+    const bool windowed =
+        std::ranges::any_of(kind.form.keys, [](const Key& key) { return key.name == "during" || key.name == "from"; });
     if (!windowed) continue;
     EXPECT_TRUE(has_row(kind.name, World::kWindowEmpty)) << kind.name;
     EXPECT_TRUE(has_row(kind.name, World::kNeverRan)) << kind.name;

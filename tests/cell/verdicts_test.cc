@@ -248,10 +248,10 @@ TEST(Refused, AWrongCameraAddsNoErrorOfItsOwnAboutASensor) {
     "objects": {"plate": {"shape": "box", "size_m": [0.2, 0.2, 0.08], "at": {"position_m": [0.56, 0, 0.04]}}},
     "program": {"do": "lin", "to": {"by_m": [0, 0.08, 0]}, "velocity_m_s": 0.02,
                 "force_offset": {"sensor": "wrist", "force_N": 8, "reach_m": 0.03}}})");
-  const command::Cell names = names_of_cell(description, test::models());
+  const expression::Cell names = names_of_cell(description, test::models());
   EXPECT_EQ(names.sensors.at("wrist").arm, "arm");
   EXPECT_EQ(names.tools.at("probe").arm, "arm");
-  const auto program = activity::Program::parse(description.program, "/program", names, &description.programs);
+  const auto program = program::Program::parse(description.program, "/program", names, &description.programs);
   EXPECT_TRUE(program) << program.error().to_string();
 }
 

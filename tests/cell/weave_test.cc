@@ -64,7 +64,7 @@ TEST_P(WeaveTest, ItNeverStopsInACornerAndTheToolFollows) {
   std::vector<Cycle> cycles;
   RunOptions watched = options();
   watched.after_cycle = [&](BuiltCell& built) {
-    const command::MountedArm& arm = built.cell.arms.at("arm");
+    const expression::MountedArm& arm = built.cell.arms.at("arm");
     if (arm.device->set_point().q.size() == 0) return true;
     const auto tool = [&](const device::JointVector& q) -> Eigen::Vector3d {
       return (arm.device->description().chain->forward(q) * arm.X_FT).translation();

@@ -194,7 +194,33 @@ class Plugin(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         report = json.loads(run.stdout)
         self.assertEqual(report["result"], "passed")
-        self.assertEqual(len(report["expectations"]), 3)
+        self.assertEqual(len(report["expectations"]), 4)
+
+    def test_its_fault_happens_and_its_expectation_sees_it(self):
+        def run(*faults):
+            done = takt("run", self.source / "spin_up.json", "--plugin", self.plugin, "--models", self.source / "models", "--json",
+                        "--set", "/faults=" + json.dumps(faults))
+            return done.returncode, json.loads(done.stdout)
+
+        status, report = run({"at_s": 1, "do": "blocked_fan", "fan": "cooler"})
+        self.assertEqual(status, 1)
+        failed = [one["kind"] for one in report["expectations"] if not one["passed"]]
+        self.assertIn("fan_speed", failed)
+        self.assertNotIn("repeats", failed)
+        status, report = run({"at_s": 0.5, "do": "blocked_fan", "fan": "cooler", "seconds": 0.1})
+        self.assertEqual((status, report["result"]), (0, "passed"))
+        status, report = run({"at_s": 1, "do": "blocked_fan", "fan": "heater", "second": 1}, {"at_s": 1, "do": "blocked"})
+        self.assertEqual(status, 2)
+        found = {(one["code"], one["pointer"]) for one in report["diagnostics"]}
+        self.assertLessEqual({("unknown-name", "/faults/0/fan"), ("unknown-key", "/faults/0/second")}, found)
+        self.assertIn("/faults/1/do", [pointer for _, pointer in found])
+
+    def test_its_forms_are_in_the_schema(self):
+        printed = takt("schema", "--plugin", self.plugin)
+        self.assertEqual(printed.returncode, 0, printed.stderr)
+        definitions = json.loads(printed.stdout)["definitions"]
+        self.assertIn("blocked_fan", definitions["fault"]["properties"]["do"]["enum"])
+        self.assertIn("fan_speed", definitions["expectation"]["properties"]["kind"]["enum"])
 
     def test_its_diagnostics_are_those_of_its_kind(self):
         broken = takt("run", self.source / "spin_up.json", "--plugin", self.plugin, "--models", self.source / "models",

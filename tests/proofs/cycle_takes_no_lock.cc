@@ -66,21 +66,21 @@ int run(std::string_view fault) {
     if (cycles == 100) plant(fault);
     __rtsan_realtime_exit();
   };
-  const auto program = activity::Program::parse(nlohmann::ordered_json::parse(kProgram), "/program", fake.cell);
+  const auto program = program::Program::parse(nlohmann::ordered_json::parse(kProgram), "/program", fake.cell);
   if (!program) {
     std::fprintf(stderr, "%s\n", program.error().to_string().c_str());
     return 2;
   }
   activity::Variables variables;
   activity::Context context{fake.cell, fake.core, variables, 2, [](auto, auto, auto) {}};
-  activity::ProgramRunner runner(*program, context);
-  while (runner.advance() == activity::Progress::kRunning && cycles < 100'000) fake.step();
-  const bool done = runner.progress() == activity::Progress::kDone;
+  program::ProgramRunner runner(*program, context);
+  while (runner.advance() == operations::Progress::kRunning && cycles < 100'000) fake.step();
+  const bool done = runner.progress() == operations::Progress::kDone;
   // A stop in full motion, too.
-  const auto move = activity::Program::parse(
+  const auto move = program::Program::parse(
       nlohmann::ordered_json::parse(R"({"do": "lin", "to": {"by_m": [0, 0, 0.05]}})"), "/program", fake.cell);
-  activity::ProgramRunner stopped(*move, context);
-  for (int i = 0; i < 200 && stopped.advance() == activity::Progress::kRunning; ++i) fake.step();
+  program::ProgramRunner stopped(*move, context);
+  for (int i = 0; i < 200 && stopped.advance() == operations::Progress::kRunning; ++i) fake.step();
   const bool moving = !fake.core_arm().at_rest();
   fake.core.stop_all(net::Cause::Code::kAborted, "a stop in motion");
   fake.step(1000);

@@ -153,18 +153,18 @@ class Interrupted {
                           {"speed", 0.2}});
     }
     built_->cell.shapes = nullptr;  // it is asked whether the arms can move, not whether there is room amid things
-    const auto program = activity::Program::parse({{"do", "sequence"}, {"steps", branches}}, "/again", built_->cell);
+    const auto program = program::Program::parse({{"do", "sequence"}, {"steps", branches}}, "/again", built_->cell);
     if (!program) return tries.complain(program.error().to_string());
     activity::Variables variables;
     activity::Context context{built_->cell, *built_->core, variables, 2, [](auto, auto, auto) {}};
-    activity::ProgramRunner runner(*program, context);
+    program::ProgramRunner runner(*program, context);
     if (auto* override = built_->core->find_channel(Operator::kOverride)) (void) override->write(1.0);
-    auto progress = activity::Progress::kRunning;
-    for (int i = 0; i < 5'000 && progress == activity::Progress::kRunning; ++i) {
+    auto progress = operations::Progress::kRunning;
+    for (int i = 0; i < 5'000 && progress == operations::Progress::kRunning; ++i) {
       progress = runner.advance();
       step(1);
     }
-    if (progress != activity::Progress::kDone)
+    if (progress != operations::Progress::kDone)
       tries.complain("does not move again: " + runner.diagnostics().to_string());
   }
 

@@ -7,6 +7,7 @@ import asyncio
 import base64
 import json
 import pathlib
+import re
 import signal
 import socket
 import struct
@@ -283,6 +284,27 @@ class Streams(unittest.TestCase):
         time.sleep(1)
         self.assertGreater(served.ask("GET", "/v1/state")[1]["cycle"] - before, 800)
         asleep.close()
+
+    def test_a_thousand_dropped_streams_leave_nothing(self):
+        served = self.served("--lockstep")
+
+        def resident_kB():
+            status = pathlib.Path(f"/proc/{served.process.pid}/status").read_text()
+            return int(re.search(r"VmRSS:\s+(\d+)", status).group(1))
+
+        def drop():
+            raw = Raw(served.port)
+            for message in ({"op": "monitor", "id": 1, "poses": True}, {"op": "events", "from": 1}):
+                raw.send(bytes(raw.text(json.dumps(message))))
+            raw.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # a reset
+            raw.socket.close()
+        for _ in range(100):
+            drop()
+        before = resident_kB()
+        for _ in range(1000):
+            drop()
+        self.assertLess(resident_kB() - before, 4096)
+        self.assertEqual(served.ask("GET", "/v1/state")[0], 200)
 
     def test_foxglove_shows_frames_joints_scene_and_log(self):
         served = self.served("--lockstep")

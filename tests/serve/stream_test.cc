@@ -230,11 +230,13 @@ TEST(Streams, TheRateOfAMonitorChanges) {
   };
   stream.send({{"op", "window"}, {"frames", 64}});
   stream.send({{"op", "monitor"}, {"id", 3}, {"arm", "arm"}, {"value", "dq_measured"}, {"every", 20}});
+  EXPECT_EQ(stream.await("monitored")["every"], 20);
   EXPECT_NEAR(frames_of(60), 3, 1);
   stream.send({{"op", "rate"}, {"id", 3}, {"every", 0}});
   EXPECT_EQ(stream.await("monitored")["every"], 0);
   EXPECT_EQ(frames_of(40), 0);
   stream.send({{"op", "rate"}, {"id", 3}, {"every", 2}});
+  EXPECT_EQ(stream.await("monitored")["every"], 2);
   EXPECT_NEAR(frames_of(20), 10, 2);
   stream.send({{"op", "unmonitor"}, {"id", 3}});
   EXPECT_EQ(stream.await("ended")["reason"], "asked");

@@ -82,7 +82,7 @@ class FakeCell {
   std::shared_ptr<FakeForceTorqueSensor> sensor;
   rcc::ControlCore core{{}};
   device::Channel* speed = nullptr;  ///< override of all planned motions, 0 to 1
-  command::Cell cell;
+  expression::Cell cell;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();       ///< arm's base in the world
   Eigen::Isometry3d X_WO_true = Eigen::Isometry3d::Identity();  ///< where the block is
   net::Wrench bias{.force = {1.5, -2.5, 4.0}, .torque = {0.1, 0.2, -0.3}};
@@ -92,13 +92,13 @@ class FakeCell {
   void describe() {
     X_WB.translation() << 0.3, -0.2, 0.75;
     X_WB.linear() = Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    command::MountedArm mounted;
+    expression::MountedArm mounted;
     mounted.device = core.find_arm("arm");
     mounted.X_FT.translation().z() = 0.15;
     mounted.tip.ball_radius = 0.005;
     mounted.start = arm->home;
     cell.arms["arm"] = mounted;
-    command::MountedSensor wrist;
+    expression::MountedSensor wrist;
     wrist.device = dynamic_cast<device::ForceTorqueSensor*>(core.environment().find("wrist"));
     wrist.arm = "arm";
     wrist.X_FS.translation().z() = 0.03;
@@ -116,7 +116,7 @@ class FakeCell {
 
   /// Weight of the tool, the block's push on the ball, bias, and what the test adds.
   void feel() {
-    const command::MountedSensor& wrist = cell.sensors.at("wrist");
+    const expression::MountedSensor& wrist = cell.sensors.at("wrist");
     const Eigen::Isometry3d X_WS = X_WB * arm->chain->forward(backend->state().q) * wrist.X_FS;
     const Eigen::Vector3d p_WT = tool_in_world(backend->state().q).translation();
     const Eigen::Vector3d weight = X_WS.linear().transpose() * cell.gravity_W * wrist.tool_mass;

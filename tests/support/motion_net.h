@@ -15,9 +15,9 @@
 /// The net of one motion, guarded or not, as the mapping makes it from a command.
 namespace takt::test {
 
-using command::Biases;
-using command::Cell;
-using command::Condition;
+using expression::Biases;
+using expression::Cell;
+using expression::Condition;
 
 /// One planned motion of one arm, optionally until a condition over sensors holds: then the arm brakes on its path and
 /// the net ends at rest.
@@ -51,11 +51,11 @@ inline net::NetDescription motion_net(const MotionCommand& wanted, const Cell& c
       command::planned({.motion = motion, .X_FM = wanted.X_FM, .handed_over = {wanted.until_from}});
   command::RuntimeCommand moved("motion", command::arm(cell, wanted.arm), action);
   if (wanted.until) {
-    command::State until = command::state_of(*wanted.until, cell, biases);
+    expression::State until = expression::state_of(*wanted.until, cell, biases);
     if (wanted.until_from > 0.0) until = until && action.via_passed(0);
     moved.on_entered(until, cancel(moved));
     // A sensor that is silent stops the arm, but it has not felt anything.
-    moved.capture("touch", command::tool_pose(cell, wanted.arm), until);
+    moved.capture("touch", expression::tool_pose(cell, wanted.arm), until);
   }
   return command::single_net(moved, wanted.name).value().net;
 }

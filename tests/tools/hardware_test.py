@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Driver and emulated controller in two processes, over sockets: what they say, how they end. The interface's cycle is 20 ms,
-so that a busy machine is in time."""
+so that a busy machine is in time. Where it is not, five late cycles in a second stop the nets, which is tested elsewhere: such
+a run is repeated, with a fresh emulator."""
 import json
 import pathlib
 import random
+import re
 import signal
 import socket
 import subprocess
@@ -22,6 +24,17 @@ CELL = {
         {"do": "ptp", "to": "home", "speed": 0.3},
     ]},
 }
+
+
+TRIES = 5  # of a run that the machine was too slow for
+LATE = re.compile(r"\(overrun\)|silent for too long|newest sample is \d+ ms old")
+
+
+def too_slow_for(run):
+    """The report says that a net was stopped since somebody was late too often: the cycle, or the emulated controller."""
+    if run.returncode != 3:
+        return False
+    return any(one["code"] == "stopped" and LATE.search(one["message"]) for one in json.loads(run.stdout)["diagnostics"])
 
 
 def free_port():
@@ -52,9 +65,18 @@ class TwoProcesses(unittest.TestCase):
         return subprocess.run([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--json", *arguments],
                               capture_output=True, text=True, timeout=120, cwd=ROOT)
 
+    def beside_emulator(self, run, emulate=None):
+        """An emulator and what run() gives beside it, from the first try that the machine was fast enough for."""
+        for tries in range(1, TRIES + 1):
+            emulator = (emulate or self.emulate)()
+            done = run()
+            if tries == TRIES or not too_slow_for(done):
+                return emulator, done
+            emulator.terminate()
+            emulator.communicate(timeout=30)
+
     def test_a_program_moves_the_emulated_arm_and_is_refused_when_it_stands_elsewhere(self):
-        emulator = self.emulate()
-        run = self.run_takt()
+        emulator, run = self.beside_emulator(self.run_takt)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         report = json.loads(run.stdout)
         self.assertEqual(report["result"], "passed")
@@ -87,10 +109,10 @@ class TwoProcesses(unittest.TestCase):
                               text=True, timeout=120, cwd=ROOT)
 
     def test_the_clock_of_the_arm_may_be_the_master(self):
-        self.emulate()
         # From half a period off the way is 2.5 s.
         self.file.write_text(json.dumps(CELL | {"program": {"do": "wait", "seconds": 6}}))
-        run = self.run_with_site(self.site("arm", self.backend), "--realtime")
+        site = self.site("arm", self.backend)
+        _, run = self.beside_emulator(lambda: self.run_with_site(site, "--realtime"))
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         master = json.loads(run.stdout)["site"]["master_clock"]
         self.assertEqual(master["device"], "arm")
@@ -105,30 +127,35 @@ class TwoProcesses(unittest.TestCase):
             errors = [(one["code"], one["file"], one["pointer"]) for one in json.loads(run.stdout)["diagnostics"] if one["severity"] == "error"]
             self.assertIn(("incompatible", str(site), "/master_clock"), errors, backend)
 
-    def test_a_driver_that_is_killed_leaves_an_arm_that_stands(self):
-        emulator = self.emulate()
-        driver = subprocess.Popen([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", "--set",
-                                   "/program/steps/0/speed=0.02"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                  text=True, cwd=ROOT)
+    def kill_while_it_moves(self):
+        """Kills a driver a second into a slow motion. @return whether it was still moving the arm then"""
+        slow = ["--set", "/program/steps/0/speed=0.02", "--log", "debug"]
+        driver = subprocess.Popen([TAKT, "run", str(self.file), "--backend", self.backend, "--realtime", *slow],
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, cwd=ROOT)
         self.addCleanup(driver.stderr.close)
         self.addCleanup(driver.kill)
-        for line in driver.stderr:
-            if "FRI state CMD" in line:
-                break
+        begun = any("program begin: ptp" in line for line in driver.stderr)
         time.sleep(1.0)
+        running = driver.poll() is None
         driver.kill()
         driver.wait()
-        time.sleep(3.0)
-        emulator.send_signal(signal.SIGTERM)
-        _, err = emulator.communicate(timeout=30)
+        return begun and running and not re.search(r"program (end|failed)|error:", driver.stderr.read())
+
+    def test_a_driver_that_is_killed_leaves_an_arm_that_stands(self):
+        for _ in range(TRIES):
+            emulator = self.emulate()
+            moved = self.kill_while_it_moves()
+            time.sleep(3.0)
+            emulator.send_signal(signal.SIGTERM)
+            _, err = emulator.communicate(timeout=30)
+            if moved:
+                break
+        self.assertTrue(moved, "no driver moved the arm when it was killed")
         self.assertEqual(emulator.returncode, 0, err)
         self.assertRegex(err, "MON: (20 answers missing in a row|communication quality)")
 
     def test_an_arm_that_was_stopped_moves_again_only_after_somebody_has_reset_it(self):
-        emulator = self.emulate()
-        emulator.stderr.readline()  # what may be typed
-
-        def type_in(line, answer):
+        def type_in(emulator, line, answer):
             emulator.stdin.write(line + "\n")
             emulator.stdin.flush()
             for said in emulator.stderr:
@@ -136,13 +163,50 @@ class TwoProcesses(unittest.TestCase):
                     return
             self.fail(f"no answer '{answer}' to '{line}'")
 
-        type_in("reset the arm", "is neither 'reset ARM' nor 'stop ARM'")
-        type_in("stop arm", "arm: stopped at the machine")
-        refused = self.run_takt()
-        self.assertEqual(refused.returncode, 3, refused.stdout + refused.stderr)
-        type_in("reset arm", "arm: reset")
-        run = self.run_takt()
+        def stopped_and_reset():
+            emulator = self.emulate()
+            emulator.stderr.readline()  # what may be typed
+            type_in(emulator, "reset the arm", "is neither 'reset ARM' nor 'stop ARM'")
+            type_in(emulator, "stop arm", "arm: stopped at the machine")
+            refused = self.run_takt()
+            self.assertEqual(refused.returncode, 3, refused.stdout + refused.stderr)
+            self.assertFalse(too_slow_for(refused), "no motion began")
+            type_in(emulator, "reset arm", "arm: reset")
+            return emulator
+
+        _, run = self.beside_emulator(self.run_takt, stopped_and_reset)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+
+    def test_faults_of_machines_happen_to_emulated_ones_and_others_are_refused(self):
+        self.file.write_text(json.dumps(CELL | {"faults": [
+            {"at_s": 0.5, "do": "push", "body": "arm/link4", "force_N": [0, 5, 0], "seconds": 0.2},
+            {"at_s": 1.0, "do": "stop", "arm": "arm"}]}))
+        emulator = self.emulate()
+        for fault in (r"0\.500 s  push: arm/link4", r"1\.000 s  stop: arm category 1"):
+            self.assertTrue(any(re.search(fault, line) for line in emulator.stderr), fault)
+        run = self.run_takt("--set", "/faults=[]")
+        self.assertEqual(run.returncode, 3, run.stdout + run.stderr)
+        self.file.write_text(json.dumps(CELL | {"faults": [{"at_s": 1.0, "do": "emergency_stop", "category": 1}]}))
+        refused = subprocess.run([TAKT, "emulate", str(self.file), "--backend", self.backend, "--json"],
+                                 capture_output=True, text=True, timeout=60, cwd=ROOT)
+        self.assertEqual(refused.returncode, 2, refused.stderr)
+        errors = [(one["code"], one["pointer"]) for one in json.loads(refused.stdout)["diagnostics"]]
+        self.assertIn(("unsupported", "/faults/0"), errors)
+
+    def test_a_clock_that_has_lost_time_is_told(self):
+        emulator = self.emulate()
+        emulator.stderr.readline()  # what may be typed
+        emulator.send_signal(signal.SIGSTOP)
+        time.sleep(1.0)
+        emulator.send_signal(signal.SIGCONT)
+        lost = next(found for line in emulator.stderr if (found := re.search(r"clock: lost (\d+\.\d+) s", line)))
+        self.assertGreater(float(lost.group(1)), 0.5)
+        emulator.send_signal(signal.SIGINT)
+        out, err = emulator.communicate(timeout=30)
+        self.assertEqual(emulator.returncode, 0, err)
+        report = json.loads(out)
+        self.assertIn("over-budget", [one["code"] for one in report["diagnostics"]])
+        self.assertGreater(report["overruns"], 500)
 
     def test_without_a_controller_the_run_says_what_to_check(self):
         run = self.run_takt("--set", "/time_limit_s=60")
@@ -193,13 +257,18 @@ class UrTerminals(unittest.TestCase):
             host = f"127.{random.randint(1, 250)}.{random.randint(1, 250)}.{random.randint(1, 250)}"
             backends = ["--backend", f"arm=rtde:{host},margin=60ms", "--backend", "io=terminals:arm"]
             closed = '/devices/io/settings={"di2": {"script": [{"at_s": 0, "value": true}]}}'
-            emulator = subprocess.Popen([TAKT, "emulate", str(file), *backends, "--set", closed], cwd=ROOT,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-            self.addCleanup(emulator.stderr.close)
-            self.addCleanup(emulator.kill)
-            self.assertIn("EMULATED: arm as rtde", emulator.stderr.readline())
-            run = subprocess.run([TAKT, "run", str(file), *backends, "--realtime", "--json"], capture_output=True,
-                                 text=True, timeout=120, cwd=ROOT)
+            for _ in range(TRIES):
+                emulator = subprocess.Popen([TAKT, "emulate", str(file), *backends, "--set", closed], cwd=ROOT,
+                                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+                self.addCleanup(emulator.stderr.close)
+                self.addCleanup(emulator.kill)
+                self.assertIn("EMULATED: arm as rtde", emulator.stderr.readline())
+                run = subprocess.run([TAKT, "run", str(file), *backends, "--realtime", "--json"], capture_output=True,
+                                     text=True, timeout=120, cwd=ROOT)
+                if not too_slow_for(run):
+                    break
+                emulator.terminate()
+                emulator.wait(timeout=30)
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
             self.assertEqual(json.loads(run.stdout)["site"]["realities"], {"arm": "EMULATED", "io": "EMULATED"})
             emulator.send_signal(signal.SIGINT)

@@ -10,7 +10,7 @@
 #include "core/motion/plan_carried.h"
 
 namespace takt::command {
-Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
+Result<std::string> carrier_of(const expression::Cell& cell, const std::string& arm) {
   const world::Relation* relation = cell.frames.relation(arm);
   if (relation != nullptr && relation->kind == world::Relation::Kind::kFlange) {
     const auto carrier = cell.arms.find(relation->source);
@@ -22,20 +22,21 @@ Result<std::string> carrier_of(const Cell& cell, const std::string& arm) {
                  "Name an arm that is mounted \"on\" a base");
 }
 
-Actuator arm_on_base(const Cell& cell, const std::string& arm) {
+Actuator arm_on_base(const expression::Cell& cell, const std::string& arm) {
   const auto base = carrier_of(cell, arm);
   return base ? carried_pair(cell, *base, arm) : missing(arm, base.error().list().front());
 }
 
-Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
+Result<PlannedMotion> carried_lin(const expression::Cell& cell, const std::string& arm, const CarriedGoal& goal,
                                   const PlanParameters& parameters) {
   const auto base = carrier_of(cell, arm);
   if (!base) return std::unexpected(base.error());
-  const MountedArm& rider = cell.arms.find(arm)->second;
+  const expression::MountedArm& rider = cell.arms.find(arm)->second;
   const Eigen::Isometry3d X_FM = parameters.X_FM.value_or(rider.X_FT);
-  const motion::CarriedArm both{.carrier = planning_model(cell.arms.find(*base)->second, Eigen::Isometry3d::Identity()),
-                                .rider = planning_model(rider, X_FM),
-                                .X_FA = cell.frames.relation(arm)->X_PF};
+  const motion::CarriedArm both{
+      .carrier = expression::planning_model(cell.arms.find(*base)->second, Eigen::Isometry3d::Identity()),
+      .rider = expression::planning_model(rider, X_FM),
+      .X_FA = cell.frames.relation(arm)->X_PF};
   const motion::PieceShares shares{
       .velocity = parameters.velocity,
       .acceleration = parameters.acceleration,

@@ -9,11 +9,11 @@
 namespace takt::command {
 
 /// Name of the base that carries the arm: what the arm's frame rides on. @return a diagnostic where none does.
-[[nodiscard]] Result<std::string> carrier_of(const Cell& cell, const std::string& arm);
+[[nodiscard]] Result<std::string> carrier_of(const expression::Cell& cell, const std::string& arm);
 
 /// The base and the arm as one: "base+arm". An arm that is not there, or on no base, gives one that every check
 /// refuses.
-[[nodiscard]] Actuator arm_on_base(const Cell& cell, const std::string& arm);
+[[nodiscard]] Actuator arm_on_base(const expression::Cell& cell, const std::string& arm);
 
 /// From where to where the two go. Sizes: joints of the base and of the arm.
 struct CarriedGoal {
@@ -23,7 +23,7 @@ struct CarriedGoal {
 };
 /// LIN of the tool in the room while the base drives (motion::plan_carried_lin), for arm_on_base().
 /// @return the motion of the base with that of the arm as its partner; or diagnostics.
-[[nodiscard]] Result<PlannedMotion> carried_lin(const Cell& cell, const std::string& arm, const CarriedGoal& goal,
-                                                const PlanParameters& parameters = {});
+[[nodiscard]] Result<PlannedMotion> carried_lin(const expression::Cell& cell, const std::string& arm,
+                                                const CarriedGoal& goal, const PlanParameters& parameters = {});
 
 }  // namespace takt::command

@@ -19,14 +19,14 @@ using kinematics::JointVector;
 /// A requested value of the compliance, and its limits in the device.
 struct SpringValue {
   const char* port;  ///< of the set point
-  Operand wanted;
+  expression::Operand wanted;
   const char* unit;
   std::function<JointVector(const device::Compliance&)> of;  ///< element by element, as `wanted` counts them
 };
 using SpringValues = std::vector<SpringValue>;
 
 template <class T>
-void add(SpringValues& values, const char* port, const std::optional<Term<T>>& wanted, const char* unit,
+void add(SpringValues& values, const char* port, const std::optional<expression::Term<T>>& wanted, const char* unit,
          std::function<JointVector(const device::Compliance&)> of) {
   if (wanted) values.push_back({port, wanted->operand(), unit, std::move(of)});
 }
@@ -117,7 +117,7 @@ class Compliant final : public ActionModel {
   [[nodiscard]] std::vector<device::Seam> ends() const override { return action_->ends(); }
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const Places& q_start) const override {
+                                                                const expression::Places& q_start) const override {
     auto planned = action_->plan(actuator, q_start);
     if (!planned) return planned;
     auto own = std::make_shared<Compliant>(std::move(*planned), Stiff{});
@@ -127,8 +127,8 @@ class Compliant final : public ActionModel {
     return own;
   }
 
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> formulas = action_->formulas();
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    std::vector<expression::ExpressionPtr> formulas = action_->formulas();
     for (const SpringValue& value : values_)
       if (value.wanted.node) formulas.push_back(value.wanted.node);
     return formulas;
@@ -141,13 +141,14 @@ class Compliant final : public ActionModel {
                         fmt::format("{} for mode {} is to be for mode {}", name(), name_of(*other), name_of(mode_)),
                         "Give one compliance");
     const auto arms = actuator.compliant_arms();
-    for (const MountedArm* arm : arms)
+    for (const expression::MountedArm* arm : arms)
       check_constants(values_, mode_, arm->device->description(), arm->device->name(), diagnostics);
     if (arms.size() > 1) check_of_two(diagnostics);
     return diagnostics;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     Contribution contribution = action_->add_to(fragment, actuator);
     SetPoint& set_point = contribution.set_point;
     set_point.mode = mode_;
@@ -168,7 +169,7 @@ class Compliant final : public ActionModel {
     return states;
   }
   /// The springs are those of what drives the arm, in the same fragment.
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     if (name != kSettled) return action_->add_state(fragment, name, parameters);
     std::vector<std::string> settled;

@@ -14,19 +14,20 @@ struct Stiff {};
 
 /// As a spring and a damper in each joint. One entry per joint; what is not given is the device's standard.
 struct JointCompliance {
-  std::optional<Term<net::JointArray>> stiffness = {};      ///< Nm/rad, of a sliding joint N/m
-  std::optional<Term<net::JointArray>> damping_ratio = {};  ///< of critical damping
-  std::optional<Term<net::JointArray>> torque = {};         ///< added to that of the springs, Nm or N
+  std::optional<expression::Term<net::JointArray>> stiffness = {};      ///< Nm/rad, of a sliding joint N/m
+  std::optional<expression::Term<net::JointArray>> damping_ratio = {};  ///< of critical damping
+  std::optional<expression::Term<net::JointArray>> torque = {};         ///< added to that of the springs, Nm or N
 };
 
 /// As a spring and a damper at the tool centre point. What is not given is the device's standard.
 struct CartesianCompliance {
-  std::optional<VectorTerm> stiffness = {};             ///< along x, y, z, N/m
-  std::optional<VectorTerm> rotational_stiffness = {};  ///< about x, y, z, Nm/rad
-  std::optional<RealTerm> damping_ratio = {};           ///< of critical damping, of all axes
-  std::optional<Term<net::Wrench>> wrench = {};         ///< that the tool exerts beside the spring, N and Nm
-  std::optional<RealTerm> nullspace_stiffness = {};     ///< of the posture in what the tool does not feel, Nm/rad
-  bool in_tool_axes = false;                            ///< stiffness and wrench, else in the axes of the base
+  std::optional<expression::VectorTerm> stiffness = {};             ///< along x, y, z, N/m
+  std::optional<expression::VectorTerm> rotational_stiffness = {};  ///< about x, y, z, Nm/rad
+  std::optional<expression::RealTerm> damping_ratio = {};           ///< of critical damping, of all axes
+  std::optional<expression::Term<net::Wrench>> wrench = {};  ///< that the tool exerts beside the spring, N and Nm
+  std::optional<expression::RealTerm> nullspace_stiffness =
+      {};                     ///< of the posture in what the tool does not feel, Nm/rad
+  bool in_tool_axes = false;  ///< stiffness and wrench, else in the axes of the base
 };
 
 using SpringParameters = std::variant<Stiff, JointCompliance, CartesianCompliance>;

@@ -25,9 +25,9 @@ class SetDigital final : public ActionModel {
   explicit SetDigital(bool value) : value_(value) {}
   [[nodiscard]] std::string_view name() const override { return "set value"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kBoolean; }
-  [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter&, const ActuatorModel&) const override {
     return {.set_point = {.kind = SetPointKind::kBoolean, .ports = {}, .constants = {{"value", value_}}},
-            .done = Signal::always(true)};
+            .done = expression::Signal::always(true)};
   }
 
  private:
@@ -36,7 +36,7 @@ class SetDigital final : public ActionModel {
 
 /// Adds sent + clamp(goal - sent, +-step) as "next.value": the goal, as near as the rate of the output allows.
 /// @param link_goal  joins the goal with an input
-void add_step(FragmentWriter& fragment, const device::SignalOutputDescription<double>& output,
+void add_step(expression::FragmentWriter& fragment, const device::SignalOutputDescription<double>& output,
               const std::function<void(const std::string& to)>& link_goal) {
   const double step = output.rate_max * to_seconds(fragment.period());
   fragment.add("to_go", "Subtract");
@@ -63,12 +63,13 @@ class SetAnalog final : public ActionModel {
     return diagnostics;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     const auto& output = *actuator.analog_output();
     SetPoint set_point{.kind = SetPointKind::kReal, .ports = {}, .constants = {}};
     if (!std::isfinite(output.rate_max)) {
       set_point.constants["value"] = value_;
-      return {.set_point = set_point, .done = Signal::always(true)};
+      return {.set_point = set_point, .done = expression::Signal::always(true)};
     }
     fragment.add("state", "AnalogOutputState", {{"device", actuator.name()}});
     add_step(fragment, output, [&](const std::string&) { fragment.set_parameter("to_go", "a", value_); });
@@ -76,7 +77,8 @@ class SetAnalog final : public ActionModel {
     add_linked(fragment, "rest", "Abs", {{"input", "to_go.value"}});
     add_linked(fragment, "there", "LessThan", {{"a", "rest.value"}}, {{"b", 1e-9 * std::max(1.0, std::abs(value_))}});
     set_point.ports["value"] = "next.value";
-    return {.set_point = set_point, .done = Signal::at(fragment.gate_with_cancel("done", "Or", "there.value"))};
+    return {.set_point = set_point,
+            .done = expression::Signal::at(fragment.gate_with_cancel("done", "Or", "there.value"))};
   }
 
  private:
@@ -86,13 +88,14 @@ class SetAnalog final : public ActionModel {
 /// What the sensor says, brought into the range; without it what was sent last.
 class TrackValue final : public ActionModel {
  public:
-  explicit TrackValue(ExpressionPtr value) : value_(std::move(value)) {}
+  explicit TrackValue(expression::ExpressionPtr value) : value_(std::move(value)) {}
   [[nodiscard]] std::string_view name() const override { return "track value"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kReal; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {value_}; }
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override { return {value_}; }
   [[nodiscard]] std::vector<std::string> states() const override { return {"error"}; }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     constexpr double kLargest = std::numeric_limits<double>::max();
     const auto& output = *actuator.analog_output();
     fragment.add("state", "AnalogOutputState", {{"device", actuator.name()}});
@@ -109,32 +112,33 @@ class TrackValue final : public ActionModel {
       port = "next.value";
     }
     return {.set_point = {.kind = SetPointKind::kReal, .ports = {{"value", port}}, .constants = {}},
-            .done = Signal::at("done.value")};
+            .done = expression::Signal::at("done.value")};
   }
 
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string&, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string&,
+                                      const Json&) const override {
     return fragment.add_null_test("wanted.input", net::ValueType::kReal);
   }
 
  private:
-  ExpressionPtr value_;
+  expression::ExpressionPtr value_;
 };
 
 class FollowValue final : public ActionModel {
  public:
-  explicit FollowValue(ExpressionPtr value) : value_(std::move(value)) {}
+  explicit FollowValue(expression::ExpressionPtr value) : value_(std::move(value)) {}
   [[nodiscard]] std::string_view name() const override { return "follow value"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kReal; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {value_}; }
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel&) const override {
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override { return {value_}; }
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment, const ActuatorModel&) const override {
     fragment.add("done", "Or", {{"a", false}});
     fragment.feed(fragment.cancel(), "done.b");
     return {.set_point = {.kind = SetPointKind::kReal, .ports = {}, .constants = {}, .sensors = {{"value", value_}}},
-            .done = Signal::at("done.value")};
+            .done = expression::Signal::at("done.value")};
   }
 
  private:
-  ExpressionPtr value_;
+  expression::ExpressionPtr value_;
 };
 
 double speed_of(const FingerParameters& parameters, const device::GripperDescription& gripper) {
@@ -161,7 +165,8 @@ class GripModel final : public ActionModel {
     return diagnostics;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     const device::GripperDescription& gripper = *actuator.gripper();
     fragment.add("state", "GripperState", {{"device", actuator.name()}});
     add_linked(fragment, "standing", "Not", {{"input", "state.moving"}});
@@ -175,11 +180,12 @@ class GripModel final : public ActionModel {
         .set_point = {.kind = SetPointKind::kGrip,
                       .ports = {},
                       .constants = {{"width", width(gripper)}, {"speed", speed(gripper)}, {"force", force(gripper)}}},
-        .done = Signal::at(fragment.gate_with_cancel("done", "Or", "ended.value"))};
+        .done = expression::Signal::at(fragment.gate_with_cancel("done", "Or", "ended.value"))};
   }
 
   [[nodiscard]] std::vector<std::string> states() const override { return {"holding", "error", "overdue", "width"}; }
-  [[nodiscard]] std::string add_state(FragmentWriter&, const std::string& name, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter&, const std::string& name,
+                                      const Json&) const override {
     if (name == "overdue") return "late.value";
     return name == "error" ? "state.lost" : "state." + name;
   }
@@ -200,7 +206,8 @@ class Hold final : public ActionModel {
  public:
   [[nodiscard]] std::string_view name() const override { return "hold"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
     add_linked(fragment, "there", "SnapshotJoints", {{"input", "state.set_point_q"}}, {{"trigger", true}});
     const auto zero = net::value_to_json(
@@ -210,7 +217,7 @@ class Hold final : public ActionModel {
     set_point.constants["ddq"] = zero;
     fragment.add("done", "Or", {{"a", false}});
     fragment.feed(fragment.cancel(), "done.b");
-    return {.set_point = set_point, .done = Signal::at("done.value")};
+    return {.set_point = set_point, .done = expression::Signal::at("done.value")};
   }
 };
 
@@ -218,8 +225,12 @@ class Hold final : public ActionModel {
 
 Action set_value(bool value) { return Action(std::make_shared<const SetDigital>(value)); }
 Action set_value(double value) { return Action(std::make_shared<const SetAnalog>(value)); }
-Action track_value(const RealSensor& sensor) { return Action(std::make_shared<const TrackValue>(sensor.node())); }
-Action follow_value(const RealSensor& sensor) { return Action(std::make_shared<const FollowValue>(sensor.node())); }
+Action track_value(const expression::RealSensor& sensor) {
+  return Action(std::make_shared<const TrackValue>(sensor.node()));
+}
+Action follow_value(const expression::RealSensor& sensor) {
+  return Action(std::make_shared<const FollowValue>(sensor.node()));
+}
 double finger_timeout(const FingerParameters& parameters, const device::GripperDescription& gripper) {
   constexpr double kMargin = 2.0;  // what accelerates, or obeys a lower speed than it is told
   constexpr double kToAnswer_s = 1.0;

@@ -13,9 +13,9 @@ namespace takt::command {
 [[nodiscard]] Action set_value(double value);
 /// An analog output goes after a sensor until it is cancelled: inside of its range, and as fast as it may. While the
 /// sensor says nothing it keeps what it was sent last. Offers `error`: the sensor says nothing.
-[[nodiscard]] Action track_value(const RealSensor& sensor);
+[[nodiscard]] Action track_value(const expression::RealSensor& sensor);
 /// An analog output is what a sensor says until it is cancelled; the guard refuses what is too fast.
-[[nodiscard]] Action follow_value(const RealSensor& sensor);
+[[nodiscard]] Action follow_value(const expression::RealSensor& sensor);
 
 /// How a gripper closes or opens; what is not given: closed or open, a quarter of its speed, half of its force, and
 /// time for the whole stroke at that speed twice over and a second more.

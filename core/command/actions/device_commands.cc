@@ -4,11 +4,11 @@
 
 namespace takt::command {
 
-WaitCommand wait_command(const StateSource& condition, std::optional<double> timeout, const Cell& cell,
-                         const Biases& biases) {
-  const State until = state_of(condition, cell, biases);
+WaitCommand wait_command(const expression::StateSource& condition, std::optional<double> timeout,
+                         const expression::Cell& cell, const expression::Biases& biases) {
+  const expression::State until = expression::state_of(condition, cell, biases);
   WaitCommand command("wait", until, timeout);
-  command.observe(observed::kCondition, BooleanSensor(until.node()));
+  command.observe(observed::kCondition, expression::BooleanSensor(until.node()));
   return command;
 }
 

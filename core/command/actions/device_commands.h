@@ -21,7 +21,7 @@ inline constexpr const char* kBias = "bias";            ///< Wrench in the measu
 using SignalValue = std::variant<bool, double>;
 
 /// Waits until a condition holds, or `timeout` s have passed, or it is cancelled.
-[[nodiscard]] WaitCommand wait_command(const StateSource& condition, std::optional<double> timeout, const Cell& cell,
-                                       const Biases& biases);
+[[nodiscard]] WaitCommand wait_command(const expression::StateSource& condition, std::optional<double> timeout,
+                                       const expression::Cell& cell, const expression::Biases& biases);
 
 }  // namespace takt::command

@@ -40,7 +40,7 @@ void check_bounds(Diagnostics& diagnostics, const GuidanceParameters& parameters
 }
 
 /// "guided.value": a person holds the arm, and no end was requested. Never null.
-void add_guided(FragmentWriter& fragment, const std::optional<State>& enabled) {
+void add_guided(expression::FragmentWriter& fragment, const std::optional<expression::State>& enabled) {
   fragment.add("held", "DefaultToBoolean", {{"fallback", false}});
   if (enabled) {
     fragment.feed(enabled->node(), "held.input");
@@ -65,8 +65,8 @@ class BySprings final : public ActionModel {
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override {
     return time_to_rest(actuator, 1.0) + to_seconds(actuator.arm()->device->description().impedance.ramp);
   }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    return parameters_.enabled ? std::vector{parameters_.enabled->node()} : std::vector<ExpressionPtr>();
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    return parameters_.enabled ? std::vector{parameters_.enabled->node()} : std::vector<expression::ExpressionPtr>();
   }
 
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
@@ -79,7 +79,8 @@ class BySprings final : public ActionModel {
     return diagnostics;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     const auto& range = actuator.arm()->device->description().impedance.joint;
     const JointVector soft = JointVector::Constant(range.upper.stiffness.size(), parameters_.springs.stiffness)
                                  .cwiseMax(range.lower.stiffness)
@@ -98,10 +99,11 @@ class BySprings final : public ActionModel {
     for (const char* port : {"q", "dq", "ddq"}) set_point.ports[port] = std::string("motion.") + port;
     set_point.ports["stiffness"] = "springs.value";
     set_point.mode = ControlMode::kJointImpedance;
-    return {.set_point = std::move(set_point), .done = Signal::at(add_rest(fragment))};
+    return {.set_point = std::move(set_point), .done = expression::Signal::at(add_rest(fragment))};
   }
 
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
+                                      const Json&) const override {
     if (name == "enabled") return "guided.value";
     if (name == "settled") return "arm.settled";
     add_linked(fragment, "silent", "IsNullJoints", {{"input", "state.q"}});
@@ -109,7 +111,7 @@ class BySprings final : public ActionModel {
   }
 
  private:
-  void add_rates(FragmentWriter& fragment, const ActuatorModel& actuator, const JointVector& soft) const {
+  void add_rates(expression::FragmentWriter& fragment, const ActuatorModel& actuator, const JointVector& soft) const {
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
     add_linked(fragment, "bend", "SubtractJoints", {{"a", "state.q"}, {"b", "state.set_point_q"}});
     add_linked(fragment, "beyond", "DeadBandJoints", {{"input", "bend.value"}},
@@ -120,7 +122,7 @@ class BySprings final : public ActionModel {
   }
 
   /// Cancelled, the springs are at rest and stiff. @return the port.
-  static std::string add_rest(FragmentWriter& fragment) {
+  static std::string add_rest(expression::FragmentWriter& fragment) {
     add_linked(fragment, "firm", "And", {{"a", add_standing(fragment, "motion")}, {"b", "arm.settled"}});
     return fragment.gate_with_cancel("done", "And", "firm.value");
   }
@@ -132,13 +134,14 @@ class BySprings final : public ActionModel {
 class ByBody final : public VelocityModel {
  public:
   /// @param felt  weight removed, in the sensor's measuring frame; without bias if `tared`
-  ByBody(const GuidanceParameters& parameters, const WrenchSensor& felt, bool tared, const Eigen::Isometry3d& X_TS)
+  ByBody(const GuidanceParameters& parameters, const expression::WrenchSensor& felt, bool tared,
+         const Eigen::Isometry3d& X_TS)
       : parameters_(parameters), felt_(felt.node()), tared_(tared), X_TS_(X_TS) {}
 
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] std::vector<std::string> states() const override { return {"enabled", "error"}; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> formulas{felt_};
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    std::vector<expression::ExpressionPtr> formulas{felt_};
     if (parameters_.enabled) formulas.push_back(parameters_.enabled->node());
     return formulas;
   }
@@ -158,7 +161,8 @@ class ByBody final : public VelocityModel {
     return diagnostics;
   }
 
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
+                                      const Json&) const override {
     if (name == "enabled") return "guided.value";
     fragment.add("silent", "IsNullWrench");
     fragment.feed(felt_, "silent.input");
@@ -169,7 +173,7 @@ class ByBody final : public VelocityModel {
   [[nodiscard]] std::optional<ToolSpeed> speed() const override {
     return ToolSpeed{.linear = parameters_.linear_max, .angular = parameters_.angular_max};
   }
-  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  void add_velocity(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     const GuidanceParameters::Body& body = parameters_.body;
     add_guided(fragment, parameters_.enabled);
     fragment.add("at_tool", "TransformWrench", {{"frame", net::value_to_json(net::Frame(X_TS_))}});
@@ -197,7 +201,7 @@ class ByBody final : public VelocityModel {
 
   /// Near singular postures joints would have to change their rates faster than they can, and the tool would go astray:
   /// there it goes slower, but still out again. "caution.value", in [kSlowest, 1].
-  static void add_caution(FragmentWriter& fragment, const ActuatorModel& actuator) {
+  static void add_caution(expression::FragmentWriter& fragment, const ActuatorModel& actuator) {
     constexpr double kNear = 0.25, kSlowest = 0.1;  // smallest singular value; share of the velocity
     add_linked(fragment, "posture", "Manipulability", {{"q", "state.set_point_q"}},
                {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
@@ -206,7 +210,7 @@ class ByBody final : public VelocityModel {
   }
 
   /// What the hand exerts; nothing is known until an untared sensor has been tared.
-  void add_contact(FragmentWriter& fragment, const std::string& to) const {
+  void add_contact(expression::FragmentWriter& fragment, const std::string& to) const {
     if (tared_) return fragment.feed(felt_, to);
     const double cycles = std::ceil(parameters_.body.tare_time / to_seconds(fragment.period()));
     fragment.add("tare", "Tare", {{"trigger", true}, {"cycles", static_cast<std::int64_t>(cycles)}});
@@ -215,7 +219,7 @@ class ByBody final : public VelocityModel {
   }
 
   GuidanceParameters parameters_;
-  ExpressionPtr felt_;
+  expression::ExpressionPtr felt_;
   bool tared_;
   Eigen::Isometry3d X_TS_;
 };
@@ -225,7 +229,7 @@ class NoFreedrive final : public ActionModel {
  public:
   [[nodiscard]] std::string_view name() const override { return "freedrive"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
-  [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter&, const ActuatorModel&) const override { return {}; }
   [[nodiscard]] Diagnostics check(const ActuatorModel& actuator) const override {
     Diagnostics diagnostics;
     std::string modes = "none";
@@ -238,14 +242,15 @@ class NoFreedrive final : public ActionModel {
   }
 };
 
-const std::pair<const std::string, MountedSensor>* sensor_on(const Cell& cell, const std::string& arm) {
+const std::pair<const std::string, expression::MountedSensor>* sensor_on(const expression::Cell& cell,
+                                                                         const std::string& arm) {
   const auto found = std::ranges::find_if(cell.sensors, [&arm](const auto& one) { return one.second.arm == arm; });
   return found == cell.sensors.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
-FreedriveKind freedrive_kind(const Cell& cell, const std::string& arm) {
+FreedriveKind freedrive_kind(const expression::Cell& cell, const std::string& arm) {
   const auto found = cell.arms.find(arm);
   if (found == cell.arms.end() || found->second.device == nullptr) return FreedriveKind::kNone;
   const device::ArmDescription& model = found->second.device->description();
@@ -254,15 +259,16 @@ FreedriveKind freedrive_kind(const Cell& cell, const std::string& arm) {
   return feels ? FreedriveKind::kBody : FreedriveKind::kNone;
 }
 
-Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& parameters, const Biases& biases) {
+Action freedrive(const expression::Cell& cell, const std::string& arm, const GuidanceParameters& parameters,
+                 const expression::Biases& biases) {
   switch (freedrive_kind(cell, arm)) {
     case FreedriveKind::kSprings:
       return Action(std::make_shared<const BySprings>(parameters));
     case FreedriveKind::kBody: {
       const auto& [name, sensor] = *sensor_on(cell, arm);
       const Eigen::Isometry3d X_TS = cell.arms.find(arm)->second.X_FT.inverse() * sensor.X_FS;
-      return Action(
-          std::make_shared<const ByBody>(parameters, contact_wrench(cell, name, biases), biases.contains(name), X_TS));
+      return Action(std::make_shared<const ByBody>(parameters, expression::contact_wrench(cell, name, biases),
+                                                   biases.contains(name), X_TS));
     }
     case FreedriveKind::kNone:
       break;

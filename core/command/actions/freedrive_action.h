@@ -11,7 +11,7 @@ namespace takt::command {
 struct GuidanceParameters {
   /// While it holds, a person has the arm in hand (dead-man). When it falls or is unknown, the arm comes to rest and
   /// is stiff again. Default: always.
-  std::optional<State> enabled = {};
+  std::optional<expression::State> enabled = {};
   double linear_max = 0.25;  ///< of the tool centre point, m/s
   double angular_max = 1.0;  ///< rad/s
 
@@ -44,7 +44,7 @@ enum class FreedriveKind : std::uint8_t {
   kBody,     ///< it has a force/torque sensor and inverse kinematics
   kNone
 };
-[[nodiscard]] FreedriveKind freedrive_kind(const Cell& cell, const std::string& arm);
+[[nodiscard]] FreedriveKind freedrive_kind(const expression::Cell& cell, const std::string& arm);
 
 /// The arm goes where a hand leads it, never out of its joint ranges (at their ends it resists) nor faster than
 /// allowed, until it is cancelled; then it comes to rest where it is, stiff. The device carries the weights of arm and
@@ -52,7 +52,7 @@ enum class FreedriveKind : std::uint8_t {
 /// @param biases  of the cell's sensors; one that is not there is tared at the beginning: do not touch the arm then
 /// An arm with neither kind is refused with the reason. Offers `enabled`, and `error`: the arm, or the sensor, does not
 /// answer, so it rests.
-[[nodiscard]] Action freedrive(const Cell& cell, const std::string& arm, const GuidanceParameters& parameters = {},
-                               const Biases& biases = {});
+[[nodiscard]] Action freedrive(const expression::Cell& cell, const std::string& arm,
+                               const GuidanceParameters& parameters = {}, const expression::Biases& biases = {});
 
 }  // namespace takt::command

@@ -15,15 +15,15 @@ namespace {
 
 class JogJoints final : public ActionModel {
  public:
-  JogJoints(const JointsSensor& rates, const State& enabled, const TrackingParameters& bounds)
+  JogJoints(const expression::JointsSensor& rates, const expression::State& enabled, const TrackingParameters& bounds)
       : rates_(rates.node()), enabled_(enabled.node()), bounds_(bounds) {}
 
   [[nodiscard]] std::string_view name() const override { return "jog"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
   [[nodiscard]] double stop_time(const ActuatorModel& actuator) const override { return time_to_rest(actuator, 1.0); }
   [[nodiscard]] bool net_knows_stop_time() const override { return false; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> all = {rates_, enabled_};
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    std::vector<expression::ExpressionPtr> all = {rates_, enabled_};
     if (bounds_.speed) all.push_back(bounds_.speed->node());
     return all;
   }
@@ -37,7 +37,8 @@ class JogJoints final : public ActionModel {
     return diagnostics;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     fragment.add("held", "GateJoints");
     fragment.feed(rates_, "held.input");
     fragment.feed(enabled_, "held.open");
@@ -58,17 +59,17 @@ class JogJoints final : public ActionModel {
     SetPoint set_point{.kind = SetPointKind::kJoints, .ports = {}, .constants = {}};
     for (const char* port : {"q", "dq", "ddq"}) set_point.ports[port] = std::string("motion.") + port;
     return {.set_point = std::move(set_point),
-            .done = Signal::at(fragment.gate_with_cancel("done", "And", add_standing(fragment, "motion")))};
+            .done = expression::Signal::at(fragment.gate_with_cancel("done", "And", add_standing(fragment, "motion")))};
   }
 
  private:
-  ExpressionPtr rates_, enabled_;
+  expression::ExpressionPtr rates_, enabled_;
   TrackingParameters bounds_;
 };
 
 }  // namespace
 
-Action jog(const JointsSensor& rates, const State& enabled, const TrackingParameters& bounds) {
+Action jog(const expression::JointsSensor& rates, const expression::State& enabled, const TrackingParameters& bounds) {
   return Action(std::make_shared<const JogJoints>(rates, enabled, bounds));
 }
 

@@ -8,6 +8,7 @@ namespace takt::command {
 /// switch falls, does not answer, or the rates are not there, the arm comes to rest within its limits. Rates with which
 /// the tool would be faster than `bounds` are made smaller by one factor, and by their `speed` and that of the
 /// actuator. Realtime: setup.
-[[nodiscard]] Action jog(const JointsSensor& rates, const State& enabled, const TrackingParameters& bounds = {});
+[[nodiscard]] Action jog(const expression::JointsSensor& rates, const expression::State& enabled,
+                         const TrackingParameters& bounds = {});
 
 }  // namespace takt::command

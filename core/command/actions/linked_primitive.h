@@ -13,7 +13,7 @@ namespace takt::command {
 using LinkedInput = std::pair<std::string_view, std::string>;
 
 /// Adds a primitive to a fragment and links its inputs, in their order. Realtime: setup.
-inline void add_linked(FragmentWriter& fragment, const std::string& id, std::string type,
+inline void add_linked(expression::FragmentWriter& fragment, const std::string& id, std::string type,
                        std::initializer_list<LinkedInput> inputs,
                        nlohmann::ordered_json parameters = nlohmann::ordered_json::object()) {
   fragment.add(id, std::move(type), std::move(parameters));

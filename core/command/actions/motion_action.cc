@@ -33,15 +33,16 @@ class PlannedModel final : public ActionModel {
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override {
     return motion_.partner ? SetPointKind::kPair : kind_of(motion_.motion->path);
   }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> formulas = motion_.clock.formulas();
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    std::vector<expression::ExpressionPtr> formulas = motion_.clock.formulas();
     for (const auto* begin : {&motion_.clock_initial.time, &motion_.clock_initial.rate})
       if (*begin) formulas.push_back((*begin)->node());
     if (motion_.begins_there) formulas.push_back(motion_.begins_there->node());
     return formulas;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     const motion::Motion& motion = *motion_.motion;
     add_clock(fragment, actuator, motion, motion_.clock);
     add_hand_over(fragment);
@@ -56,7 +57,7 @@ class PlannedModel final : public ActionModel {
     const std::string stopped = fragment.gate_with_cancel("stopped", "And", "clock.standstill");
     add_linked(fragment, "done", "Or", {{"a", "clock.at_end"}, {"b", stopped}});
     return {.set_point = std::move(set_point),
-            .done = Signal::at("done.value"),
+            .done = expression::Signal::at("done.value"),
             .path_clock = "clock",
             .duration = motion.duration()};
   }
@@ -70,7 +71,7 @@ class PlannedModel final : public ActionModel {
     return states;
   }
   [[nodiscard]] int via_count() const override { return static_cast<int>(motion_.handed_over.size()); }
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     if (name == "progress") return "law.s";
     if (name == "at_path") return add_threshold(fragment, "law.s", parameters.value("fraction", 1.0), "at_path");
@@ -106,7 +107,7 @@ class PlannedModel final : public ActionModel {
   }
 
   /// The net fails where the arm is not at the start that the motion was planned from.
-  void add_start_check(FragmentWriter& fragment) const {
+  void add_start_check(expression::FragmentWriter& fragment) const {
     fragment.add("at_start", "SnapshotBoolean", {{"trigger", true}});
     fragment.feed(motion_.begins_there->node(), "at_start.input");
     add_linked(fragment, "elsewhere", "Not", {{"input", "at_start.value"}});
@@ -115,7 +116,7 @@ class PlannedModel final : public ActionModel {
   }
 
   /// Goes on with another clock, and shows its own to the next motion.
-  void add_hand_over(FragmentWriter& fragment) const {
+  void add_hand_over(expression::FragmentWriter& fragment) const {
     if (motion_.motion->law.begins_in_motion()) fragment.set_parameter("clock", "in_motion", true);
     if (motion_.clock_initial.time) fragment.feed(motion_.clock_initial.time->node(), "clock.begin_time");
     if (motion_.clock_initial.rate) fragment.feed(motion_.clock_initial.rate->node(), "clock.begin_rate");
@@ -128,7 +129,8 @@ class PlannedModel final : public ActionModel {
   }
 
   /// @return a Boolean that holds at and past a value.
-  static std::string add_threshold(FragmentWriter& fragment, const std::string& port, double value, const char* what) {
+  static std::string add_threshold(expression::FragmentWriter& fragment, const std::string& port, double value,
+                                   const char* what) {
     std::string id = fmt::format("{}_{:g}", what, value);
     for (char& c : id) c = c == '.' ? '_' : c;
     while (fragment.has(id)) id += '_';
@@ -137,7 +139,7 @@ class PlannedModel final : public ActionModel {
   }
 
   /// There are no joints for this cycle: what an arm is fed with, in the same fragment, is null.
-  std::string add_error(FragmentWriter& fragment) const {
+  std::string add_error(expression::FragmentWriter& fragment) const {
     if (motion_.partner) {
       fragment.add("no_joints", "Or");
       fragment.link(fragment.add_null_test("arm_1.q", net::ValueType::kJoints), "no_joints.a");
@@ -166,7 +168,7 @@ class MotionModel : public ActionModel {
     return {"progress", "at_path", "via_passed", "error"};
   }
   [[nodiscard]] bool needs_plan() const override { return true; }
-  [[nodiscard]] Contribution add_to(FragmentWriter&, const ActuatorModel&) const override { return {}; }
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter&, const ActuatorModel&) const override { return {}; }
 
  private:
   std::string name_;
@@ -191,8 +193,8 @@ Result<motion::SequencePlan> alone(Result<motion::Motion> motion) {
 /// Of one arm, with goals in its base.
 class ArmMotion : public MotionModel {
  public:
-  using Planner =
-      std::function<Result<motion::SequencePlan>(const MountedArm& arm, const kinematics::JointVector& q_start)>;
+  using Planner = std::function<Result<motion::SequencePlan>(const expression::MountedArm& arm,
+                                                             const kinematics::JointVector& q_start)>;
   /// @param parameters  frame that moves, start, blend and inputs of the clock; the rest is the planner's
   ArmMotion(const char* name, PlanParameters parameters, Planner planner)
       : MotionModel(name, SetPointKind::kPath), parameters_(std::move(parameters)), planner_(std::move(planner)) {}
@@ -201,7 +203,7 @@ class ArmMotion : public MotionModel {
     return parameters_.from ? std::vector{rest_at(*parameters_.from)} : std::vector<device::Seam>();
   }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const Places& q_start) const override {
+                                                                const expression::Places& q_start) const override {
     if (actuator.joint())
       return failure(Code::kInvalidValue, {}, fmt::format("C8: {} is not for '{}'", name(), actuator.name()),
                      "Use ptp() with a goal of one number");
@@ -209,9 +211,9 @@ class ArmMotion : public MotionModel {
   }
 
  protected:
-  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> planned_from(const MountedArm& arm,
+  [[nodiscard]] Result<std::shared_ptr<const ActionModel>> planned_from(const expression::MountedArm& arm,
                                                                         const std::string& device,
-                                                                        const Places& q_start,
+                                                                        const expression::Places& q_start,
                                                                         const Planner& planner) const {
     auto plan = planner(arm, q_start.at(device));
     if (!plan) return std::unexpected(std::move(plan.error()));
@@ -230,10 +232,12 @@ class ArmMotion : public MotionModel {
 
  private:
   /// What was sent to the arm last is this.
-  static State stands_at(const MountedArm& arm, const std::string& device, const JointVector& q) {
-    const JointsSensor sent(read_resource(net::ValueType::kJoints, "ArmState", "device", device, arm.device,
-                                          "set_point_q", id_of("state", device)));
-    return near(sent, net::JointArray(q), arm.device->description().start_tolerance);
+  static expression::State stands_at(const expression::MountedArm& arm, const std::string& device,
+                                     const JointVector& q) {
+    const expression::JointsSensor sent(expression::read_resource(net::ValueType::kJoints, "ArmState", "device", device,
+                                                                  arm.device, "set_point_q",
+                                                                  expression::id_of("state", device)));
+    return expression::near(sent, net::JointArray(q), arm.device->description().start_tolerance);
   }
 
   PlanParameters parameters_;
@@ -247,12 +251,12 @@ class PtpMotion final : public ArmMotion {
       : ArmMotion("PTP", parameters, {}), q_goal_(std::move(q_goal)), parameters_(parameters) {}
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const Places& q_start) const override {
+                                                                const expression::Places& q_start) const override {
     if (actuator.joint() && q_goal_.size() != 1)
       return failure(Code::kWrongSize, {}, fmt::format("a goal of {} joints for '{}'", q_goal_.size(), actuator.name()),
                      "Give one number");
-    const auto planner = [&](const MountedArm& arm, const JointVector& q) {
-      const motion::ArmModel model = planning_model(arm, parameters_.X_FM);
+    const auto planner = [&](const expression::MountedArm& arm, const JointVector& q) {
+      const motion::ArmModel model = expression::planning_model(arm, parameters_.X_FM);
       return alone(motion::plan_ptp(model.chain, model.limits, q, goal(actuator, q), options_of(model, parameters_)));
     };
     return planned_from(*actuator.arm(), actuator.devices().front(), q_start, planner);
@@ -278,7 +282,7 @@ class SelfPlannedMotion final : public MotionModel {
       : MotionModel(std::move(name), gives), planner_(std::move(planner)) {}
 
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel&,
-                                                                const Places& q_start) const override {
+                                                                const expression::Places& q_start) const override {
     auto plan = planner_(q_start);
     if (!plan) return std::unexpected(std::move(plan.error()));
     return std::make_shared<const PlannedModel>(std::move(*plan));
@@ -309,8 +313,8 @@ Action motion_action(const char* name, const PlanParameters& parameters, ArmMoti
 template <class Goal, class MakeLeg>
 Action one_leg(const char* name, const PlanParameters& parameters, const Goal& goal, MakeLeg make_leg) {
   return motion_action(name, parameters,
-                       [parameters, goal, make_leg](const MountedArm& arm, const JointVector& q_start) {
-                         const motion::ArmModel model = planning_model(arm, parameters.X_FM);
+                       [parameters, goal, make_leg](const expression::MountedArm& arm, const JointVector& q_start) {
+                         const motion::ArmModel model = expression::planning_model(arm, parameters.X_FM);
                          const auto geometry = [&](const JointVector& q) { return make_leg(model, q, goal); };
                          return motion::plan_sequence(
                              model, q_start, {with_parameters({.geometry = geometry, .parameters = parameters})});
@@ -329,14 +333,15 @@ Action ptp(const JointVector& q_goal, const PlanParameters& parameters) {
 }
 
 Action lin(const Eigen::Isometry3d& X_BM_goal, const PlanParameters& parameters) {
-  return motion_action("LIN", parameters, [parameters, X_BM_goal](const MountedArm& arm, const JointVector& q) {
-    const motion::ArmModel model = planning_model(arm, parameters.X_FM);
-    if (!model.inverse)
-      return Result<motion::SequencePlan>(
-          failure(Code::kRequires, {}, "the arm has no inverse kinematics", "Use a PTP"));
-    return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q, X_BM_goal, {},
-                                  options_of(model, parameters)));
-  });
+  return motion_action("LIN", parameters,
+                       [parameters, X_BM_goal](const expression::MountedArm& arm, const JointVector& q) {
+                         const motion::ArmModel model = expression::planning_model(arm, parameters.X_FM);
+                         if (!model.inverse)
+                           return Result<motion::SequencePlan>(
+                               failure(Code::kRequires, {}, "the arm has no inverse kinematics", "Use a PTP"));
+                         return alone(motion::plan_lin(model.chain, *model.inverse, model.limits, model.cartesian, q,
+                                                       X_BM_goal, {}, options_of(model, parameters)));
+                       });
 }
 
 Action circ(const motion::ArcThrough& arc, const PlanParameters& parameters) {
@@ -360,20 +365,20 @@ Action sequence(std::vector<SequencePart> parts) {
   PlanParameters first = parts.empty() ? PlanParameters{} : parts.front().parameters;
   first.blend = parts.empty() ? motion::Blend{} : parts.back().parameters.blend;
   return motion_action("sequence", first,
-                       [parts = std::move(parts), first](const MountedArm& arm, const JointVector& q) {
+                       [parts = std::move(parts), first](const expression::MountedArm& arm, const JointVector& q) {
                          if (parts.empty())
                            return Result<motion::SequencePlan>(
                                failure(Code::kMissing, {}, "a sequence without motions", "Give at least one"));
                          std::vector<motion::LegMaker> makers;
                          for (const SequencePart& part : parts) makers.push_back(with_parameters(part));
-                         return motion::plan_sequence(planning_model(arm, first.X_FM), q, makers);
+                         return motion::plan_sequence(expression::planning_model(arm, first.X_FM), q, makers);
                        });
 }
 
 namespace {
 
 /// One action, if it needs a plan.
-Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
+Diagnostics plan(CommandNode& node, const Result<expression::Places>& begin) {
   Diagnostics diagnostics;
   const ActionModel& action = node.action->model();
   if (!action.needs_plan() || node.actuator->model().fault()) return diagnostics;  // check() reports the fault
@@ -394,7 +399,7 @@ Diagnostics plan(CommandNode& node, const Result<Places>& begin) {
 }
 
 /// Where the arms are when a command begins: where its motion says that it begins, else where they were left.
-Result<Places> begin_of(const StartPositions& positions, const CommandNode& node, int i) {
+Result<expression::Places> begin_of(const StartPositions& positions, const CommandNode& node, int i) {
   const auto begins = node.action->model().needs_plan() ? node.action->model().begins() : std::vector<device::Seam>();
   return begins.empty() ? positions.all_at_begin_of(i) : positions.all_at_given_begin(i, begins.front().q);
 }
@@ -402,11 +407,11 @@ Result<Places> begin_of(const StartPositions& positions, const CommandNode& node
 }  // namespace
 
 Diagnostics plan(const Command& command) {
-  Places set_points;
+  expression::Places set_points;
   return plan(command, set_points);
 }
 
-Diagnostics plan(const Command& command, Places& places, TreeEnd* end) {
+Diagnostics plan(const Command& command, expression::Places& places, TreeEnd* end) {
   Diagnostics diagnostics;
   const CommandTree tree(command);
   if (!tree.cycle_of_starts().empty()) return diagnostics;  // check() reports it

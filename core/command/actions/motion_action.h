@@ -32,7 +32,7 @@ struct PlannedMotion {
   /// Of a motion that goes on with another one: path time (s, of its own) and rate with which its clock begins; null or
   /// not given: 0 and 1.
   struct ClockBegin {
-    std::optional<RealSensor> time = {}, rate = {};
+    std::optional<expression::RealSensor> time = {}, rate = {};
   } clock_initial = {};
   /// Channels in which it shows where its clock is, for its successor; empty: it does not.
   struct ClockChannels {
@@ -42,11 +42,11 @@ struct PlannedMotion {
   /// How far before its goal another motion may go on with it. It shows its clock then.
   struct BlendWindow {
     motion::Blend blend = {};
-    std::optional<State> abort_if = {};  ///< must not hold on what is left of it
-    int abort_handlers = 0;              ///< its first event handlers, which cancel it where that holds
+    std::optional<expression::State> abort_if = {};  ///< must not hold on what is left of it
+    int abort_handlers = 0;                          ///< its first event handlers, which cancel it where that holds
   };
   std::optional<BlendWindow> leaving = {};
-  std::optional<State> begins_there = {};  ///< must hold in its first cycle, or its net fails
+  std::optional<expression::State> begins_there = {};  ///< must hold in its first cycle, or its net fails
 };
 [[nodiscard]] Action planned(PlannedMotion motion);
 
@@ -87,7 +87,7 @@ struct SequencePart {
 [[nodiscard]] Action sequence(std::vector<SequencePart> parts);
 
 /// Plans a motion from where its arm, or its two arms, will be (Places as ActionModel::plan() has them).
-using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)>;
+using MotionPlanner = std::function<Result<PlannedMotion>(const expression::Places& q_start)>;
 /// A motion with a planner of its own.
 /// @param name   for people
 /// @param gives  kPath of one arm, kPair of two as one
@@ -95,7 +95,7 @@ using MotionPlanner = std::function<Result<PlannedMotion>(const Places& q_start)
 
 /// How a tree of commands leaves the arms that it drives.
 struct TreeEnd {
-  Places rest = {};  ///< arms of which it is certain before the run where they are when all has ended
+  expression::Places rest = {};  ///< arms of which it is certain before the run where they are when all has ended
   /// The command of a motion that may be left for the one that follows the tree (PlannedMotion::leaving): all other
   /// commands are over before it begins, and nothing waits for its end. Null: there is none. Of the command.
   const CommandNode* left = nullptr;
@@ -109,6 +109,6 @@ struct TreeEnd {
 /// The same from other positions than the set points of now.
 /// @param[in,out] places  where arms are; then where they are when all has come to its natural end
 /// @param[out] end        how the command leaves its arms; may be null
-[[nodiscard]] Diagnostics plan(const Command& command, Places& places, TreeEnd* end = nullptr);
+[[nodiscard]] Diagnostics plan(const Command& command, expression::Places& places, TreeEnd* end = nullptr);
 
 }  // namespace takt::command

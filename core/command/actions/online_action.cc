@@ -45,7 +45,7 @@ void check_share(const char* name, double value, Diagnostics& diagnostics) {
                     "Choose a share above 0, at most 1");
 }
 
-void add_limit(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& from,
+void add_limit(expression::FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& from,
                const TrackingParameters& parameters) {
   const auto speed = speed_on(actuator, parameters.speed);
   const std::string limited = speed ? "limited" : "wanted";
@@ -61,23 +61,24 @@ ToolSpeed speed_of(const TrackingParameters& parameters) {
 }
 
 /// What it follows, and its speed.
-std::vector<ExpressionPtr> with_speed(std::vector<ExpressionPtr> formulas, const TrackingParameters& parameters) {
+std::vector<expression::ExpressionPtr> with_speed(std::vector<expression::ExpressionPtr> formulas,
+                                                  const TrackingParameters& parameters) {
   if (parameters.speed) formulas.push_back(parameters.speed->node());
   return formulas;
 }
 
 constexpr double kShortest = 1e-9;  ///< of a direction that is none
 
-ExpressionPtr no_direction(net::ValueType type) {
-  return broken(Code::kOutOfRange, type, "a direction of no length", "Give a vector that is not zero");
+expression::ExpressionPtr no_direction(net::ValueType type) {
+  return expression::broken(Code::kOutOfRange, type, "a direction of no length", "Give a vector that is not zero");
 }
 
 class Jog final : public VelocityModel {
  public:
-  Jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds)
+  Jog(const expression::TwistSensor& velocity, const expression::State& enabled, const TrackingParameters& bounds)
       : velocity_(velocity.node()), enabled_(enabled.node()), bounds_(bounds) {}
   [[nodiscard]] std::string_view name() const override { return "jog"; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
     return with_speed({velocity_, enabled_}, bounds_);
   }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
@@ -85,7 +86,7 @@ class Jog final : public VelocityModel {
   }
 
  private:
-  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  void add_velocity(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     fragment.add("held", "GateTwist");
     fragment.feed(velocity_, "held.input");
     fragment.feed(enabled_, "held.open");
@@ -93,16 +94,18 @@ class Jog final : public VelocityModel {
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(bounds_); }
 
-  ExpressionPtr velocity_, enabled_;
+  expression::ExpressionPtr velocity_, enabled_;
   TrackingParameters bounds_;
 };
 
 class FollowPose final : public VelocityModel {
  public:
-  FollowPose(const FrameSensor& target, const TrackingParameters& parameters)
+  FollowPose(const expression::FrameSensor& target, const TrackingParameters& parameters)
       : target_(target.node()), parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return with_speed({target_}, parameters_); }
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    return with_speed({target_}, parameters_);
+  }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     return check_positive({{"linear_max", parameters_.linear_max, "m/s"},
                            {"angular_max", parameters_.angular_max, "rad/s"},
@@ -112,7 +115,8 @@ class FollowPose final : public VelocityModel {
   }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
 
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
+                                      const Json&) const override {
     if (name == "error") {
       fragment.add("no_target", "IsNullFrame");
       fragment.feed(target_, "no_target.input");
@@ -126,7 +130,7 @@ class FollowPose final : public VelocityModel {
 
  private:
   /// From where the tool was sent last to the target, with a gain.
-  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  void add_velocity(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "now", "set_point_q");
     add_linked(fragment, "difference", "FrameDifference", {{"from", "now.frame"}});
     fragment.feed(target_, "difference.to");
@@ -136,20 +140,21 @@ class FollowPose final : public VelocityModel {
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(parameters_); }
 
-  ExpressionPtr target_;
+  expression::ExpressionPtr target_;
   TrackingParameters parameters_;
 };
 
 class HoldForce final : public VelocityModel {
  public:
-  HoldForce(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
-            const ForceControlParameters& parameters)
+  HoldForce(const expression::RealSensor& pressing, const expression::FrameTerm& X_BT,
+            const Eigen::Vector3d& direction_T, const ForceControlParameters& parameters)
       : pressing_(pressing.node()),
-        direction_(direction_T.norm() > kShortest ? rotate(X_BT, Eigen::Vector3d(direction_T.normalized())).node()
-                                                  : no_direction(net::ValueType::kVector)),
+        direction_(direction_T.norm() > kShortest
+                       ? expression::rotate(X_BT, Eigen::Vector3d(direction_T.normalized())).node()
+                       : no_direction(net::ValueType::kVector)),
         parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return "hold force"; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     Diagnostics diagnostics = check_positive({{"force", parameters_.force, "N"},
                                               {"approach_velocity", parameters_.approach_velocity, "m/s"},
@@ -164,7 +169,8 @@ class HoldForce final : public VelocityModel {
   }
   [[nodiscard]] std::vector<std::string> states() const override { return {"in_contact", "at_force", "error"}; }
 
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
+                                      const Json&) const override {
     if (name == "in_contact") return "force_law.contact";
     if (name == "at_force") return "force_law.at_force";
     fragment.add("no_force", "IsNullReal");
@@ -173,7 +179,7 @@ class HoldForce final : public VelocityModel {
   }
 
  private:
-  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  void add_velocity(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_force_law(fragment, actuator, pressing_, parameters_);
     fragment.feed(direction_, "servo.direction");
     fragment.add("along", "ScaleVector");
@@ -187,18 +193,18 @@ class HoldForce final : public VelocityModel {
     add_stand(fragment, *speed);
   }
 
-  ExpressionPtr pressing_, direction_;
+  expression::ExpressionPtr pressing_, direction_;
   ForceControlParameters parameters_;
 };
 
 /// When it is cancelled, where the arm then is becomes the target.
 class FollowJoints final : public ActionModel {
  public:
-  FollowJoints(const JointsSensor& target, double velocity, double acceleration)
+  FollowJoints(const expression::JointsSensor& target, double velocity, double acceleration)
       : target_(target.node()), velocity_(velocity), acceleration_(acceleration) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
   [[nodiscard]] SetPointKind gives(const ActuatorModel&) const override { return SetPointKind::kJoints; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return {target_}; }
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override { return {target_}; }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     Diagnostics diagnostics;
@@ -211,7 +217,8 @@ class FollowJoints final : public ActionModel {
   }
   [[nodiscard]] bool net_knows_stop_time() const override { return false; }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     const device::ArmDescription& arm = actuator.arm()->device->description();
     fragment.add("state", "ArmState", {{"device", actuator.name()}});
     add_target(fragment, actuator);
@@ -225,10 +232,12 @@ class FollowJoints final : public ActionModel {
     set_point.ports["q"] = "generator.position";
     set_point.ports["dq"] = "generator.velocity";
     set_point.ports["ddq"] = "generator.acceleration";
-    return {.set_point = set_point, .done = Signal::at(fragment.gate_with_cancel("done", "And", "generator.arrived"))};
+    return {.set_point = set_point,
+            .done = expression::Signal::at(fragment.gate_with_cancel("done", "And", "generator.arrived"))};
   }
 
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
+                                      const Json&) const override {
     if (name == "arrived") return "generator.arrived";
     fragment.add("no_target", "IsNullJoints");
     fragment.feed(target_, "no_target.input");
@@ -237,7 +246,7 @@ class FollowJoints final : public ActionModel {
 
  private:
   /// The newest target; before the first where the arm is; from a cancel on, and in a pause, where it was then.
-  void add_target(FragmentWriter& fragment, const ActuatorModel& actuator) const {
+  void add_target(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const {
     if (const auto speed = actuator.speed()) add_stands(fragment, *speed);
     add_linked(fragment, "begin", "SnapshotJoints", {{"input", "state.set_point_q"}}, {{"trigger", true}});
     fragment.add("newest", "HoldLastJoints", {{"cycles", 1'000'000'000}});
@@ -254,59 +263,61 @@ class FollowJoints final : public ActionModel {
     }
   }
   /// It is cancelled, or people hold its actuator still.
-  static void add_stands(FragmentWriter& fragment, const RealSensor& speed) {
+  static void add_stands(expression::FragmentWriter& fragment, const expression::RealSensor& speed) {
     add_moves_on(fragment, speed);
     add_linked(fragment, "held_still", "Not", {{"input", "goes_on.value"}});
     add_linked(fragment, "stands", "Or", {{"a", "held_still.value"}});
     fragment.feed(fragment.cancel(), "stands.b");
   }
 
-  ExpressionPtr target_;
+  expression::ExpressionPtr target_;
   double velocity_, acceleration_;
 };
 
 }  // namespace
 
-Action jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds) {
+Action jog(const expression::TwistSensor& velocity, const expression::State& enabled,
+           const TrackingParameters& bounds) {
   return Action(std::make_shared<const Jog>(velocity, enabled, bounds));
 }
-Action follow(const FrameSensor& target, const TrackingParameters& parameters) {
+Action follow(const expression::FrameSensor& target, const TrackingParameters& parameters) {
   return Action(std::make_shared<const FollowPose>(target, parameters));
 }
-Action follow(const JointsSensor& target, double velocity, double acceleration) {
+Action follow(const expression::JointsSensor& target, double velocity, double acceleration) {
   return Action(std::make_shared<const FollowJoints>(target, velocity, acceleration));
 }
-Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
-                  const ForceControlParameters& parameters) {
+Action hold_force(const expression::RealSensor& pressing, const expression::FrameTerm& X_BT,
+                  const Eigen::Vector3d& direction_T, const ForceControlParameters& parameters) {
   return Action(std::make_shared<const HoldForce>(pressing, X_BT, direction_T, parameters));
 }
 
 namespace {
 
 /// What a sensor on an arm feels, in the axes of the arm's base.
-VectorSensor felt_in_base(const Cell& cell, const std::string& sensor, const Biases& biases) {
-  const VectorSensor felt = force(contact_wrench(cell, sensor, biases));
+expression::VectorSensor felt_in_base(const expression::Cell& cell, const std::string& sensor,
+                                      const expression::Biases& biases) {
+  const expression::VectorSensor felt = expression::force(expression::contact_wrench(cell, sensor, biases));
   const auto mounted = cell.sensors.find(sensor);
   if (mounted == cell.sensors.end()) return felt;  // refused by every check: the sensor is not there
-  return rotate(flange_fixed_pose(cell, mounted->second.arm, mounted->second.X_FS), felt);
+  return expression::rotate(expression::flange_fixed_pose(cell, mounted->second.arm, mounted->second.X_FS), felt);
 }
 
 }  // namespace
 
-RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
-                          const Biases& biases) {
-  if (!(direction_B.norm() > kShortest)) return RealSensor(no_direction(net::ValueType::kReal));
-  return dot(felt_in_base(cell, sensor, biases), Eigen::Vector3d(-direction_B.normalized()));
+expression::RealSensor pressing_force(const expression::Cell& cell, const std::string& sensor,
+                                      const Eigen::Vector3d& direction_B, const expression::Biases& biases) {
+  if (!(direction_B.norm() > kShortest)) return expression::RealSensor(no_direction(net::ValueType::kReal));
+  return expression::dot(felt_in_base(cell, sensor, biases), Eigen::Vector3d(-direction_B.normalized()));
 }
 
-RealSensor lateral_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
-                         const Biases& biases) {
-  if (!(direction_B.norm() > kShortest)) return RealSensor(no_direction(net::ValueType::kReal));
+expression::RealSensor lateral_force(const expression::Cell& cell, const std::string& sensor,
+                                     const Eigen::Vector3d& direction_B, const expression::Biases& biases) {
+  if (!(direction_B.norm() > kShortest)) return expression::RealSensor(no_direction(net::ValueType::kReal));
   constexpr double kCutoff_Hz = 30.0;
-  const VectorSensor felt = low_pass(felt_in_base(cell, sensor, biases), kCutoff_Hz);
+  const expression::VectorSensor felt = expression::low_pass(felt_in_base(cell, sensor, biases), kCutoff_Hz);
   const Eigen::Vector3d x = direction_B.unitOrthogonal(), y = direction_B.normalized().cross(x);
-  const RealSensor along_x = dot(felt, x), along_y = dot(felt, y);
-  return sqrt(along_x * along_x + along_y * along_y);
+  const expression::RealSensor along_x = expression::dot(felt, x), along_y = expression::dot(felt, y);
+  return expression::sqrt(along_x * along_x + along_y * along_y);
 }
 
 }  // namespace takt::command

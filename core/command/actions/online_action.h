@@ -17,33 +17,36 @@ struct TrackingParameters {
   double distance = 1e-4;    ///< of `arrived`, m
   double angle = 1e-3;       ///< of `arrived`, rad
   /// Share of the wanted velocity, 0 to 1, beside the speed of the actuator; 0 or null: the arm rests.
-  std::optional<RealSensor> speed = {};
+  std::optional<expression::RealSensor> speed = {};
 };
 
 /// Manual control: the tool centre point moves with a velocity in the axes of the base while a dead-man switch is held.
 /// When the switch falls, does not answer, or the velocity is not there, the arm comes to rest within its limits.
-[[nodiscard]] Action jog(const TwistSensor& velocity, const State& enabled, const TrackingParameters& bounds = {});
+[[nodiscard]] Action jog(const expression::TwistSensor& velocity, const expression::State& enabled,
+                         const TrackingParameters& bounds = {});
 
 /// The tool centre point follows a pose in the arm's base; without a target it comes to rest. Offers `arrived`,
 /// `error`: there is no target.
-[[nodiscard]] Action follow(const FrameSensor& target, const TrackingParameters& parameters = {});
+[[nodiscard]] Action follow(const expression::FrameSensor& target, const TrackingParameters& parameters = {});
 
 /// The joints go to a target that may change in every cycle, as fast as shares of their limits allow; without a target
 /// to the last one. Offers `arrived`, `error`: there is no target.
-[[nodiscard]] Action follow(const JointsSensor& target, double velocity = 1.0, double acceleration = 1.0);
+[[nodiscard]] Action follow(const expression::JointsSensor& target, double velocity = 1.0, double acceleration = 1.0);
 
 /// Presses along a direction, in the axes of a task frame that is given in the arm's base.
 /// @param pressing  with which the tool presses along that direction, N (pressing_force)
 /// Offers `in_contact`, `at_force`, `error`: the force is not known; then the arm comes to rest.
-[[nodiscard]] Action hold_force(const RealSensor& pressing, const FrameTerm& X_BT, const Eigen::Vector3d& direction_T,
-                                const ForceControlParameters& parameters = {});
+[[nodiscard]] Action hold_force(const expression::RealSensor& pressing, const expression::FrameTerm& X_BT,
+                                const Eigen::Vector3d& direction_T, const ForceControlParameters& parameters = {});
 
 /// With how much force a tool presses along a direction of the base: a sensor on the arm's flange feels the opposite.
-[[nodiscard]] RealSensor pressing_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
-                                        const Biases& biases = {});
+[[nodiscard]] expression::RealSensor pressing_force(const expression::Cell& cell, const std::string& sensor,
+                                                    const Eigen::Vector3d& direction_B,
+                                                    const expression::Biases& biases = {});
 
 /// The part of the same force that is across the direction, N, above 30 Hz smoothed.
-[[nodiscard]] RealSensor lateral_force(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_B,
-                                       const Biases& biases = {});
+[[nodiscard]] expression::RealSensor lateral_force(const expression::Cell& cell, const std::string& sensor,
+                                                   const Eigen::Vector3d& direction_B,
+                                                   const expression::Biases& biases = {});
 
 }  // namespace takt::command

@@ -40,10 +40,10 @@ class WeavingMotion final : public ActionModel {
   [[nodiscard]] std::string_view name() const override { return motion_->name(); }
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
   [[nodiscard]] std::optional<device::ControlMode> mode() const override { return motion_->mode(); }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override { return motion_->formulas(); }
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override { return motion_->formulas(); }
   [[nodiscard]] std::vector<std::string> states() const override { return motion_->states(); }
   [[nodiscard]] int via_count() const override { return motion_->via_count(); }
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     return motion_->add_state(fragment, name, parameters);
   }
@@ -63,7 +63,7 @@ class WeavingMotion final : public ActionModel {
   [[nodiscard]] double duration() const override { return motion_->duration(); }
   [[nodiscard]] bool needs_plan() const override { return !plan_; }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const Places& q) const override {
+                                                                const expression::Places& q) const override {
     auto motion = motion_;
     if (motion->needs_plan()) {
       auto planned = motion->plan(actuator, q);
@@ -87,7 +87,8 @@ class WeavingMotion final : public ActionModel {
     return diagnostics;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     Contribution contribution = motion_->add_to(fragment, actuator);
     fragment.set_parameter(contribution.path_clock, "bounds", motion::to_json(plan_->clock));
     for (std::size_t i = 0; i < plan_->windows.size(); ++i)
@@ -97,7 +98,7 @@ class WeavingMotion final : public ActionModel {
 
  private:
   /// Where several lie over one motion the others add nothing meanwhile.
-  static void add_weave(FragmentWriter& fragment, const WeaveWindow& window, const std::string& number,
+  static void add_weave(expression::FragmentWriter& fragment, const WeaveWindow& window, const std::string& number,
                         Contribution& contribution) {
     const std::string weave = "weave" + number, offset = "offset" + number;
     fragment.add(weave, "Weave",
@@ -164,9 +165,9 @@ class WeavingMotion final : public ActionModel {
 class OffsetBudget {
  public:
   /// @param begin  path time from which the offset is there, s
-  OffsetBudget(const MountedArm& arm, const ActionModel::PlannedPath& path,
+  OffsetBudget(const expression::MountedArm& arm, const ActionModel::PlannedPath& path,
                const ForceOffsetControlParameters& parameters, double begin)
-      : arm_(planning_model(arm, path.X_FM)),
+      : arm_(expression::planning_model(arm, path.X_FM)),
         motion_(*path.motion),
         parameters_(parameters),
         begin_(begin),
@@ -264,7 +265,7 @@ class OffsetBudget {
 
 class ForceOffset final : public ActionModel {
  public:
-  ForceOffset(std::shared_ptr<const ActionModel> motion, ExpressionPtr pressing,
+  ForceOffset(std::shared_ptr<const ActionModel> motion, expression::ExpressionPtr pressing,
               const ForceOffsetControlParameters& parameters, std::size_t first)
       : motion_(std::move(motion)), pressing_(std::move(pressing)), parameters_(parameters), first_(first) {}
 
@@ -272,8 +273,8 @@ class ForceOffset final : public ActionModel {
   [[nodiscard]] SetPointKind gives(const ActuatorModel& actuator) const override { return motion_->gives(actuator); }
   [[nodiscard]] std::optional<device::ControlMode> mode() const override { return motion_->mode(); }
   [[nodiscard]] int via_count() const override { return motion_->via_count(); }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> formulas = motion_->formulas();
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    std::vector<expression::ExpressionPtr> formulas = motion_->formulas();
     formulas.push_back(pressing_);
     return formulas;
   }
@@ -282,7 +283,7 @@ class ForceOffset final : public ActionModel {
     states.insert(states.end(), {"in_contact", "at_force", "no_force"});
     return states;
   }
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name,
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     if (name == "in_contact") return "force_law.contact";
     if (name == "at_force") return "force_law.at_force";
@@ -299,7 +300,7 @@ class ForceOffset final : public ActionModel {
   [[nodiscard]] double duration() const override { return motion_->duration(); }
   [[nodiscard]] bool needs_plan() const override { return motion_->needs_plan(); }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const ActuatorModel& actuator,
-                                                                const Places& q) const override {
+                                                                const expression::Places& q) const override {
     auto planned = motion_->plan(actuator, q);
     if (!planned) return planned;
     return std::make_shared<const ForceOffset>(std::move(*planned), pressing_, parameters_, first_);
@@ -325,7 +326,8 @@ class ForceOffset final : public ActionModel {
     return diagnostics;
   }
 
-  [[nodiscard]] Contribution add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  [[nodiscard]] Contribution add_to(expression::FragmentWriter& fragment,
+                                    const ActuatorModel& actuator) const override {
     Contribution contribution = motion_->add_to(fragment, actuator);
     // The offset counts on what the motion leaves of the limits, and stops by the table leave nothing.
     fragment.set_parameter(contribution.path_clock, "law", nullptr);
@@ -340,7 +342,7 @@ class ForceOffset final : public ActionModel {
     add_begin(fragment, contribution.path_clock);
     add_stand(fragment, contribution.path_clock);
     add_offset(fragment, contribution);
-    contribution.done = Signal::at(add_done(fragment, contribution.done.port));
+    contribution.done = expression::Signal::at(add_done(fragment, contribution.done.port));
     return contribution;
   }
 
@@ -350,7 +352,7 @@ class ForceOffset final : public ActionModel {
     if (first_ > path.handed_over.size()) return std::nullopt;
     const double wanted = first_ == 0 ? 0.0 : path.handed_over[first_ - 1];
     const double after = first_ == path.handed_over.size() ? path.motion->duration() : path.handed_over[first_];
-    const auto stretches = stretches_of_frame(*path.motion);
+    const auto stretches = expression::stretches_of_frame(*path.motion);
     if (stretches.empty() || stretches.back().end < path.motion->duration()) return std::nullopt;
     const double begin = std::max(wanted, stretches.back().begin);
     const bool from_rest = first_ == 0 && begin > 0.0;  // a motion of joints of its own comes first
@@ -359,7 +361,7 @@ class ForceOffset final : public ActionModel {
   [[nodiscard]] double begin() const { return begin_of(motion_->planned_path()).value_or(0.0); }
 
   /// Before it begins the force is not needed.
-  void add_begin(FragmentWriter& fragment, const std::string& clock) const {
+  void add_begin(expression::FragmentWriter& fragment, const std::string& clock) const {
     const std::string unknown = begin() > 0.0 ? "force_unknown" : "no_force";
     fragment.add(unknown, "IsNullReal");
     fragment.feed(pressing_, unknown + ".input");
@@ -371,14 +373,14 @@ class ForceOffset final : public ActionModel {
   }
 
   /// While the force is not known the path clock stops.
-  void add_stand(FragmentWriter& fragment, const std::string& clock) const {
+  void add_stand(expression::FragmentWriter& fragment, const std::string& clock) const {
     const std::string rate = fragment.take_link(clock + ".target_rate");
     add_linked(fragment, "rate_with_force", "SelectReal", {{"condition", "no_force.value"}, {"if_false", rate}},
                {{"if_true", 0.0}});
     fragment.link("rate_with_force.value", clock + ".target_rate");
   }
 
-  void add_offset(FragmentWriter& fragment, Contribution& contribution) const {
+  void add_offset(expression::FragmentWriter& fragment, Contribution& contribution) const {
     add_linked(fragment, "ending", "Or", {{"a", contribution.path_clock + ".at_end"}});
     fragment.feed(fragment.cancel(), "ending.b");
     std::string rests = "ending.value";
@@ -404,31 +406,32 @@ class ForceOffset final : public ActionModel {
     fragment.link("force_offset.acceleration", "pressed.offset_acceleration");
   }
 
-  static std::string add_done(FragmentWriter& fragment, const std::string& path_done) {
+  static std::string add_done(expression::FragmentWriter& fragment, const std::string& path_done) {
     add_linked(fragment, "all_done", "And", {{"a", path_done}, {"b", "force_offset.standing"}});
     return "all_done.value";
   }
 
   std::shared_ptr<const ActionModel> motion_;
-  ExpressionPtr pressing_;
+  expression::ExpressionPtr pressing_;
   ForceOffsetControlParameters parameters_;
   std::size_t first_;
 };
 
 }  // namespace
 
-Action force_offset(const Action& motion, const RealSensor& pressing, const ForceOffsetControlParameters& parameters,
-                    std::size_t first) {
+Action force_offset(const Action& motion, const expression::RealSensor& pressing,
+                    const ForceOffsetControlParameters& parameters, std::size_t first) {
   return Action(std::make_shared<const ForceOffset>(motion.shared_model(), pressing.node(), parameters, first));
 }
 
-RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_M,
-                          const Eigen::Isometry3d& X_FM, const Biases& biases) {
-  const VectorSensor felt = force(contact_wrench(cell, sensor, biases));
+expression::RealSensor pressing_along(const expression::Cell& cell, const std::string& sensor,
+                                      const Eigen::Vector3d& direction_M, const Eigen::Isometry3d& X_FM,
+                                      const expression::Biases& biases) {
+  const expression::VectorSensor felt = expression::force(expression::contact_wrench(cell, sensor, biases));
   const auto mounted = cell.sensors.find(sensor);
-  if (mounted == cell.sensors.end()) return norm(felt);  // refused by every check: the sensor is not there
+  if (mounted == cell.sensors.end()) return expression::norm(felt);  // refused by every check: the sensor is not there
   const Eigen::Matrix3d R_SM = mounted->second.X_FS.linear().transpose() * X_FM.linear();
-  return dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
+  return expression::dot(felt, Eigen::Vector3d(-(R_SM * direction_M.normalized())));
 }
 
 Action weave(const Action& motion, const WeaveParameters& parameters) { return weave_each(motion, {parameters}); }

@@ -37,12 +37,13 @@ struct ForceOffsetControlParameters {
 /// Offers what the motion offers, `in_contact`, `at_force`, and `no_force`: the force is not known.
 /// @param first  of a sequence: the motion with which it begins, from 0; in the middle of the blend before, or, where
 ///               that is one of joints, at its end. From there to the end it is one and the same.
-[[nodiscard]] Action force_offset(const Action& motion, const RealSensor& pressing,
+[[nodiscard]] Action force_offset(const Action& motion, const expression::RealSensor& pressing,
                                   const ForceOffsetControlParameters& parameters = {}, std::size_t first = 0);
 
 /// With how much force a tool presses along a direction of a frame M that is fixed to the flange: a sensor on that arm
 /// feels the opposite. @param X_FM  M in the flange, m
-[[nodiscard]] RealSensor pressing_along(const Cell& cell, const std::string& sensor, const Eigen::Vector3d& direction_M,
-                                        const Eigen::Isometry3d& X_FM, const Biases& biases = {});
+[[nodiscard]] expression::RealSensor pressing_along(const expression::Cell& cell, const std::string& sensor,
+                                                    const Eigen::Vector3d& direction_M, const Eigen::Isometry3d& X_FM,
+                                                    const expression::Biases& biases = {});
 
 }  // namespace takt::command

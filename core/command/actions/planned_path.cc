@@ -26,7 +26,7 @@ PathKind primitive_of(const motion::Path& path) {
 }
 
 /// The rate of "target_rate" while a Boolean in here does not hold, else 0.
-std::string add_stand(FragmentWriter& fragment, const std::string& id, const std::string& stands,
+std::string add_stand(expression::FragmentWriter& fragment, const std::string& id, const std::string& stands,
                       const std::string& rate) {
   add_linked(fragment, id, "SelectReal", {{"condition", stands}, {"if_false", rate}}, {{"if_true", 0.0}});
   return id + ".value";
@@ -34,8 +34,8 @@ std::string add_stand(FragmentWriter& fragment, const std::string& id, const std
 
 }  // namespace
 
-std::vector<ExpressionPtr> ClockInputs::formulas() const {
-  std::vector<ExpressionPtr> formulas;
+std::vector<expression::ExpressionPtr> ClockInputs::formulas() const {
+  std::vector<expression::ExpressionPtr> formulas;
   if (speed) formulas.push_back(speed->node());
   if (pause) formulas.push_back(pause->node());
   return formulas;
@@ -44,13 +44,14 @@ std::vector<ExpressionPtr> ClockInputs::formulas() const {
 std::string path_time_channel(const std::string& arm) { return arm + ".path_time"; }
 std::string path_rate_channel(const std::string& arm) { return arm + ".path_rate"; }
 
-std::optional<RealSensor> speed_on(const ActuatorModel& actuator, const std::optional<RealSensor>& own) {
+std::optional<expression::RealSensor> speed_on(const ActuatorModel& actuator,
+                                               const std::optional<expression::RealSensor>& own) {
   const auto wanted = actuator.speed();
   if (wanted && own) return *wanted * *own;
   return wanted ? wanted : own;
 }
 
-void add_clock(FragmentWriter& fragment, const ActuatorModel& actuator, const motion::Motion& motion,
+void add_clock(expression::FragmentWriter& fragment, const ActuatorModel& actuator, const motion::Motion& motion,
                const ClockInputs& inputs, const std::string& waits_for) {
   fragment.add("target_rate", "SelectReal", {{"if_true", 0.0}});
   fragment.feed(fragment.cancel(), "target_rate.condition");
@@ -78,7 +79,7 @@ void add_clock(FragmentWriter& fragment, const ActuatorModel& actuator, const mo
 
 SetPointKind kind_of(const motion::Path& path) { return primitive_of(path).kind; }
 
-SetPoint add_path(FragmentWriter& fragment, const std::string& id, const motion::Path& path,
+SetPoint add_path(expression::FragmentWriter& fragment, const std::string& id, const motion::Path& path,
                   const Eigen::Isometry3d& X_FM) {
   const PathKind kind = primitive_of(path);
   fragment.add(id, kind.primitive, {{"path", motion::to_json(path)}});

@@ -22,12 +22,12 @@ Json vector_json(const Eigen::Vector3d& v) { return net::value_to_json(net::Vect
 
 class Press final : public VelocityModel {
  public:
-  Press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, PressControlParameters parameters)
+  Press(const expression::RealSensor& pressing, const Eigen::Vector3d& direction_B, PressControlParameters parameters)
       : pressing_(pressing.node()), direction_B_(direction_B.normalized()), parameters_(std::move(parameters)) {}
 
   [[nodiscard]] std::string_view name() const override { return "press"; }
-  [[nodiscard]] std::vector<ExpressionPtr> formulas() const override {
-    std::vector<ExpressionPtr> formulas = parameters_.clock.formulas();
+  [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
+    std::vector<expression::ExpressionPtr> formulas = parameters_.clock.formulas();
     formulas.push_back(pressing_);
     if (parameters_.lateral) formulas.push_back(parameters_.lateral->force.node());
     return formulas;
@@ -42,7 +42,8 @@ class Press final : public VelocityModel {
     return states;
   }
 
-  [[nodiscard]] std::string add_state(FragmentWriter& fragment, const std::string& name, const Json&) const override {
+  [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
+                                      const Json&) const override {
     if (name == "in_contact") return "contact_known.value";
     if (name == "touched") return "touched.value";
     if (name == "path_ended") return "clock.at_end";
@@ -60,7 +61,7 @@ class Press final : public VelocityModel {
   }
 
  private:
-  void add_velocity(FragmentWriter& fragment, const ActuatorModel& actuator) const override {
+  void add_velocity(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "sent", "set_point_q");
     if (parameters_.sink || parameters_.deepest || holds_measured_place() || leads())
       add_tool(fragment, actuator, "felt", "q");
@@ -76,7 +77,7 @@ class Press final : public VelocityModel {
 
   /// How far the tool was sent along the direction: springs that meet something which the sensor does not feel are not
   /// bent further than that.
-  void add_depth(FragmentWriter& fragment) const {
+  void add_depth(expression::FragmentWriter& fragment) const {
     add_linked(fragment, "here", "FrameComponents", {{"input", "sent.frame"}});
     add_linked(fragment, "there", "FrameComponents", {{"input", "begin.value"}});
     add_linked(fragment, "way", "SubtractVectors", {{"a", "here.position"}, {"b", "there.position"}});
@@ -84,7 +85,7 @@ class Press final : public VelocityModel {
   }
 
   /// Twist of the tool towards where it should be, the path or where it began, as "follow_parts".
-  void add_follow(FragmentWriter& fragment, const ActuatorModel& actuator) const {
+  void add_follow(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const {
     add_linked(fragment, "off", "FrameDifference", {{"from", "sent.frame"}});
     add_linked(fragment, "back", "ScaleTwist", {{"twist", "off.value"}}, {{"factor", kHoldGain}});
     fragment.add("follow_parts", "TwistComponents");
@@ -113,7 +114,7 @@ class Press final : public VelocityModel {
   /// The set point aims as far beyond the path as the tool lags behind it, across the direction and within what a
   /// friction as large as the force bends the springs: so the tool is where the path is, and a tool that is caught is
   /// not pressed harder than that.
-  void add_lead(FragmentWriter& fragment, const SetPoint& path) const {
+  void add_lead(expression::FragmentWriter& fragment, const SetPoint& path) const {
     add_linked(fragment, "lag", "FrameDifference", {{"from", "felt.frame"}, {"to", "sent.frame"}});
     add_linked(fragment, "lag_parts", "TwistComponents", {{"input", "lag.value"}});
     add_linked(fragment, "lag_split", "SplitVector", {{"input", "lag_parts.linear"}},
@@ -133,14 +134,14 @@ class Press final : public VelocityModel {
   /// the tool would let it sink by its weight a little more each time.
   [[nodiscard]] bool holds_measured_place() const { return !parameters_.path && !parameters_.softness_across; }
   /// Where the tool is held without a path. @return the port.
-  std::string add_place(FragmentWriter& fragment) const {
+  std::string add_place(expression::FragmentWriter& fragment) const {
     if (!holds_measured_place()) return "begin.value";
     add_linked(fragment, "place", "SnapshotFrame", {{"input", "felt.frame"}}, {{"trigger", true}});
     return "place.value";
   }
 
   /// Along the direction as the force wants, across it after where the tool should be.
-  void add_push(FragmentWriter& fragment, const std::optional<RealSensor>& speed) const {
+  void add_push(expression::FragmentWriter& fragment, const std::optional<expression::RealSensor>& speed) const {
     add_linked(fragment, "split", "SplitVector", {{"input", "follow_parts.linear"}},
                {{"direction", vector_json(direction_B_)}});
     add_linked(fragment, "push", "ScaleVector", {{"factor", "force_law.velocity"}},
@@ -151,12 +152,12 @@ class Press final : public VelocityModel {
     if (speed) add_stand(fragment, *speed);
   }
 
-  static std::string add_at_force(FragmentWriter& fragment) {
+  static std::string add_at_force(expression::FragmentWriter& fragment) {
     add_linked(fragment, "at_force", "DefaultToBoolean", {{"input", "force_law.at_force"}}, {{"fallback", false}});
     return "at_force.value";
   }
 
-  [[nodiscard]] std::string add_sideways(FragmentWriter& fragment) const {
+  [[nodiscard]] std::string add_sideways(expression::FragmentWriter& fragment) const {
     fragment.add("sideways", "AtLeast", {{"b", parameters_.lateral->most}});
     fragment.feed(parameters_.lateral->force.node(), "sideways.a");
     add_linked(fragment, "sideways_known", "DefaultToBoolean", {{"input", "sideways.value"}}, {{"fallback", false}});
@@ -164,7 +165,7 @@ class Press final : public VelocityModel {
   }
 
   /// The tool as measured: springs are bent further after the touch, and the set point goes on meanwhile.
-  static std::string add_deeper(FragmentWriter& fragment, const std::string& name, double depth) {
+  static std::string add_deeper(expression::FragmentWriter& fragment, const std::string& name, double depth) {
     if (!fragment.has("felt_depth")) {
       add_linked(fragment, "felt_here", "FrameComponents", {{"input", "felt.frame"}});
       add_linked(fragment, "felt_depth", "DotProduct", {{"a", "felt_here.position"}, {"b", "push_direction.value"}});
@@ -178,14 +179,15 @@ class Press final : public VelocityModel {
     return name + "_known.value";
   }
 
-  ExpressionPtr pressing_;
+  expression::ExpressionPtr pressing_;
   Eigen::Vector3d direction_B_;
   PressControlParameters parameters_;
 };
 
 }  // namespace
 
-Action press(const RealSensor& pressing, const Eigen::Vector3d& direction_B, const PressControlParameters& parameters) {
+Action press(const expression::RealSensor& pressing, const Eigen::Vector3d& direction_B,
+             const PressControlParameters& parameters) {
   return Action(std::make_shared<const Press>(pressing, direction_B, parameters));
 }
 

@@ -15,7 +15,7 @@ struct PressControlParameters {
   std::optional<double> deepest = {};  ///< m likewise: more than was expected
   /// Force across the direction, N, and what it is at most.
   struct Lateral {
-    RealSensor force;
+    expression::RealSensor force;
     double most;
   };
   std::optional<Lateral> lateral = {};
@@ -37,7 +37,7 @@ struct PressControlParameters {
 /// Offers `in_contact`; `touched`: there was contact; `at_force`: the force is within its band; `too_far`: `travel` is
 /// used up; `sunk`, `too_deep`: so deep; `sideways`: the lateral force is too large; `path_ended`; `error`: the force
 /// is not known, so it comes to rest. Realtime: setup.
-[[nodiscard]] Action press(const RealSensor& pressing, const Eigen::Vector3d& direction_B,
+[[nodiscard]] Action press(const expression::RealSensor& pressing, const Eigen::Vector3d& direction_B,
                            const PressControlParameters& parameters);
 
 }  // namespace takt::command

@@ -14,21 +14,22 @@ namespace {
 constexpr double kSilence_s = 0.5;
 
 /// Averages readings of a sensor from the first cycle on. @param output  of the primitive: "bias", "done"
-ExpressionPtr tare_of(net::ValueType type, const WrenchSensor& wrench, std::int64_t cycles, const char* output) {
-  return named(
-      apply(type, "Tare", {{"wrench", {.node = wrench.node()}}}, {{"cycles", cycles}, {"trigger", true}}, output),
-      "tare");
+expression::ExpressionPtr tare_of(net::ValueType type, const expression::WrenchSensor& wrench, std::int64_t cycles,
+                                  const char* output) {
+  return expression::named(expression::apply(type, "Tare", {{"wrench", {.node = wrench.node()}}},
+                                             {{"cycles", cycles}, {"trigger", true}}, output),
+                           "tare");
 }
 
 }  // namespace
 
-WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const Cell& cell) {
-  const WrenchSensor wrench = compensated_wrench(cell, sensor);
-  const State done(tare_of(net::ValueType::kBoolean, wrench, cycles, "done"));
+WaitCommand tare_command(const std::string& sensor, std::int64_t cycles, const expression::Cell& cell) {
+  const expression::WrenchSensor wrench = expression::compensated_wrench(cell, sensor);
+  const expression::State done(tare_of(net::ValueType::kBoolean, wrench, cycles, "done"));
   // Null readings are not averaged, so a dead sensor would keep the net for ever.
-  const State silent = is_null(force(wrench)).held_for(kSilence_s);
+  const expression::State silent = expression::is_null(expression::force(wrench)).held_for(kSilence_s);
   WaitCommand tared("taring", done || silent);
-  tared.observe(observed::kBias, WrenchSensor(tare_of(net::ValueType::kWrench, wrench, cycles, "bias")));
+  tared.observe(observed::kBias, expression::WrenchSensor(tare_of(net::ValueType::kWrench, wrench, cycles, "bias")));
   return tared;
 }
 

@@ -16,7 +16,7 @@ constexpr double kStanding = 1e-9;
 
 }  // namespace
 
-std::string add_standing(FragmentWriter& fragment, const std::string& motion) {
+std::string add_standing(expression::FragmentWriter& fragment, const std::string& motion) {
   for (const char* port : {"dq", "ddq"}) {
     const std::string id = std::string("largest_") + port;
     add_linked(fragment, id, "LargestJoint", {{"input", motion + "." + port}});
@@ -36,7 +36,7 @@ double time_to_rest(const ActuatorModel& actuator, double acceleration) {
   return 4.0 * longest;
 }
 
-Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel& actuator) const {
+Contribution VelocityModel::add_to(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const {
   add_velocity(fragment, actuator);
   fragment.add("go", "Not");
   fragment.feed(fragment.cancel(), "go.input");
@@ -47,20 +47,20 @@ Contribution VelocityModel::add_to(FragmentWriter& fragment, const ActuatorModel
                         .sensors = {},
                         .X_FM = actuator.arm()->X_FT,
                         .speed = speed()},
-          .done = Signal::at(fragment.gate_with_cancel("done", "And", add_standing(fragment, "inverse")))};
+          .done = expression::Signal::at(fragment.gate_with_cancel("done", "And", add_standing(fragment, "inverse")))};
 }
 
-void VelocityModel::add_tool(FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,
+void VelocityModel::add_tool(expression::FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& id,
                              const std::string& joints) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
   add_linked(fragment, id, "ForwardKinematics", {{"q", "state." + joints}},
              {{"device", actuator.name()}, {"tool", net::value_to_json(net::Frame(actuator.arm()->X_FT))}});
 }
 
-void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, const ExpressionPtr& pressing,
-                   const ForceControlParameters& parameters) {
+void add_force_law(expression::FragmentWriter& fragment, const ActuatorModel& actuator,
+                   const expression::ExpressionPtr& pressing, const ForceControlParameters& parameters) {
   if (!fragment.has("state")) fragment.add("state", "ArmState", {{"device", actuator.name()}});
-  const MountedArm& arm = *actuator.arm();
+  const expression::MountedArm& arm = *actuator.arm();
   add_linked(fragment, "servo", "ServoStiffness", {{"q", "state.q"}},
              {{"device", actuator.name()},
               {"tool", net::value_to_json(net::Frame(arm.X_FT))},
@@ -83,19 +83,19 @@ void add_force_law(FragmentWriter& fragment, const ActuatorModel& actuator, cons
   fragment.feed(pressing, "force_law.force");
 }
 
-void add_touched(FragmentWriter& fragment) {
+void add_touched(expression::FragmentWriter& fragment) {
   // A silent sensor has not felt anything.
   add_linked(fragment, "contact_known", "DefaultToBoolean", {{"input", "force_law.contact"}}, {{"fallback", false}});
   add_linked(fragment, "touched", "SetResetLatch", {{"set", "contact_known.value"}}, {{"reset", false}});
 }
 
-void add_moves_on(FragmentWriter& fragment, const RealSensor& speed) {
+void add_moves_on(expression::FragmentWriter& fragment, const expression::RealSensor& speed) {
   fragment.add("speed_known", "DefaultToReal", {{"fallback", 0.0}});
   fragment.feed(speed.node(), "speed_known.input");
   add_linked(fragment, "goes_on", "GreaterThan", {{"a", "speed_known.value"}}, {{"b", 0.0}});
 }
 
-void add_stand(FragmentWriter& fragment, const RealSensor& speed) {
+void add_stand(expression::FragmentWriter& fragment, const expression::RealSensor& speed) {
   add_moves_on(fragment, speed);
   add_linked(fragment, "may_move", "Or", {{"a", "goes_on.value"}, {"b", "touched.value"}});
   add_linked(fragment, "wanted", "GateTwist", {{"input", "moves.value"}, {"open", "may_move.value"}});

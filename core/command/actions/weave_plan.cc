@@ -117,7 +117,7 @@ class Placing {
   Placing(const ActionModel::PlannedPath& path, const Weaves& weaves)
       : duration_(path.motion->duration()),
         handed_over_(path.handed_over),
-        stretches_(stretches_of_frame(*path.motion)),
+        stretches_(expression::stretches_of_frame(*path.motion)),
         weaves_(weaves) {
     if (weaves_.size() == 1) weaves_.resize(handed_over_.size() + 1, weaves_.front());
     weaves_.resize(handed_over_.size() + 1);
@@ -130,10 +130,10 @@ class Placing {
       for (next = first + 1; next < weaves_.size() && weaves_[next] == weaves_[first];) ++next;
       if (!weaves_[first]) continue;
       for (std::size_t i = first; i < next; ++i) check_moves_frame(i, diagnostics);
-      const Interval whole{.begin = interval(first).begin, .end = interval(next - 1).end};
-      for (const Interval& stretch : stretches_) {
-        const Interval own = common(whole, stretch);
-        if (is_some(own))
+      const expression::Interval whole{.begin = interval(first).begin, .end = interval(next - 1).end};
+      for (const expression::Interval& stretch : stretches_) {
+        const expression::Interval own = expression::common(whole, stretch);
+        if (expression::is_some(own))
           windows.push_back({.weave = *weaves_[first], .begin = own.begin, .end = own.end, .motion = first});
       }
     }
@@ -143,13 +143,15 @@ class Placing {
 
  private:
   /// When motion i is the one that is being done.
-  [[nodiscard]] Interval interval(std::size_t i) const {
+  [[nodiscard]] expression::Interval interval(std::size_t i) const {
     return {.begin = i == 0 ? 0.0 : handed_over_[i - 1], .end = i == handed_over_.size() ? duration_ : handed_over_[i]};
   }
   void check_moves_frame(std::size_t i, Diagnostics& diagnostics) const {
-    const Interval own = interval(i);
-    const auto moves = [&](const Interval& stretch) { return is_some(common(own, stretch)); };
-    if (!is_some(own) || std::ranges::any_of(stretches_, moves)) return;
+    const expression::Interval own = interval(i);
+    const auto moves = [&](const expression::Interval& stretch) {
+      return expression::is_some(expression::common(own, stretch));
+    };
+    if (!expression::is_some(own) || std::ranges::any_of(stretches_, moves)) return;
     diagnostics.error(Code::kConflict, pointer_segment(i),
                       "C8: a motion of joints, so there is no Cartesian path to weave about",
                       "Lay it over a Cartesian motion");
@@ -157,7 +159,7 @@ class Placing {
 
   double duration_;
   const std::vector<double>& handed_over_;
-  std::vector<Interval> stretches_;
+  std::vector<expression::Interval> stretches_;
   Weaves weaves_;
 };
 
@@ -193,8 +195,8 @@ class Differences {
 /// The set points of a motion under its weaves, as they are at full rate.
 class WovenPath {
  public:
-  WovenPath(const MountedArm& arm, const ActionModel::PlannedPath& path)
-      : arm_(planning_model(arm, path.X_FM)), X_MF_(path.X_FM.inverse()), motion_(*path.motion) {}
+  WovenPath(const expression::MountedArm& arm, const ActionModel::PlannedPath& path)
+      : arm_(expression::planning_model(arm, path.X_FM)), X_MF_(path.X_FM.inverse()), motion_(*path.motion) {}
 
   /// Checks a weave all along. Diagnostics without a location.
   Diagnostics look(const WeaveWindow& window) {
@@ -365,7 +367,8 @@ Diagnostics check_alone(const WeaveParameters& weave, const motion::CartesianLim
   return diagnostics;
 }
 
-Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path, const Weaves& weaves) {
+Result<WeavePlan> plan_weaves(const expression::MountedArm& arm, const ActionModel::PlannedPath& path,
+                              const Weaves& weaves) {
   auto windows = Placing(path, weaves).windows();
   if (!windows) return std::unexpected(std::move(windows.error()));
   const motion::CartesianLimits& limits = arm.device->description().cartesian;

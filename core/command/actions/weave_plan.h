@@ -53,7 +53,7 @@ struct WeavePlan {
 /// @param weaves  one for each of its motions, or a single one for the whole; figures that check_figures() lets pass
 /// @return diagnostics "/1/ramp", "/1" (index of the motion): moves joints, grows too fast, leaves a range, is too
 /// fast.
-[[nodiscard]] Result<WeavePlan> plan_weaves(const MountedArm& arm, const ActionModel::PlannedPath& path,
+[[nodiscard]] Result<WeavePlan> plan_weaves(const expression::MountedArm& arm, const ActionModel::PlannedPath& path,
                                             const Weaves& weaves);
 
 }  // namespace takt::command

@@ -13,10 +13,10 @@
 #include "core/operations/table/rehearsed_net.h"
 #include "core/operations/table/scheduled_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-std::int64_t cycles_in(double seconds, const Context& context) {
+std::int64_t cycles_in(double seconds, const activity::Context& context) {
   return static_cast<std::int64_t>(std::llround(seconds / to_seconds(context.core.period())));
 }
 
@@ -26,14 +26,15 @@ class NetStepRun final : public ScheduledRun {
   explicit NetStepRun(const NetParameters& parameters) : parameters_(parameters) {}
 
  private:
-  [[nodiscard]] ActivityPtr activity(Context& context) override {
+  [[nodiscard]] activity::ActivityPtr activity(activity::Context& context) override {
     const std::int64_t start = context.core.cycle() + context.program_latency_cycles;
     if (parameters_.cancel_after) cancel_cycle_ = start + cycles_in(*parameters_.cancel_after, context);
     last_cycle_ = start + cycles_in(parameters_.within, context);
-    return net_activity(parameters_.net, context.cell.nets.find(parameters_.net)->second, context.core.environment());
+    return activity::net_activity(parameters_.net, context.cell.nets.find(parameters_.net)->second,
+                                  context.core.environment());
   }
 
-  Progress watch(Context& context, Diagnostics& diagnostics) override {
+  Progress watch(activity::Context& context, Diagnostics& diagnostics) override {
     const std::int64_t cycle = context.core.cycle();
     if (cycle >= cancel_cycle_) run()->cancel();
     if (parameters_.monitor_rate && run()->started() && is_due(*parameters_.monitor_rate, context))
@@ -46,9 +47,9 @@ class NetStepRun final : public ScheduledRun {
     return Progress::kFailed;
   }
 
-  void ended(Context& context) override { show_monitors(context); }
+  void ended(activity::Context& context) override { show_monitors(context); }
 
-  void show_monitors(Context& context) const {
+  void show_monitors(activity::Context& context) const {
     const rcc::NetHandle net = run()->compiled_net();
     if (net == nullptr) return;
     for (const auto& monitor : net->monitors()) {
@@ -108,4 +109,4 @@ Operation net_operation() {
           .read_step = read_step<NetStep, net_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,7 +6,7 @@
 #include "core/operations/table/operation.h"
 
 /// "net": runs a net of the cell to its end. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct NetParameters {
   std::string net = {};                     ///< of the cell
@@ -18,4 +18,4 @@ struct NetParameters {
 [[nodiscard]] const ParameterTable<NetParameters>& net_parameters();
 [[nodiscard]] Operation net_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

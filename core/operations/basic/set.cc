@@ -8,11 +8,11 @@
 #include "core/operations/command/command_step.h"
 #include "core/operations/command/operation_command.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using command::BooleanSensor;
+using expression::BooleanSensor;
 
 constexpr Range kFollowingTime{.low = 0, .high = 3600};
 
@@ -49,7 +49,7 @@ void check_following(SetParameters& parameters, const ReadContext& from) {
 }
 
 /// Without a factor the value is sent as it is.
-bool check_unit(const SetParameters& parameters, const command::Cell& cell, const std::string& pointer,
+bool check_unit(const SetParameters& parameters, const expression::Cell& cell, const std::string& pointer,
                 Diagnostics& diagnostics) {
   const auto unit = unit_of(*parameters.source, cell);
   const std::string& own = cell.analog_outputs.find(parameters.output)->second->description().unit;
@@ -61,7 +61,7 @@ bool check_unit(const SetParameters& parameters, const command::Cell& cell, cons
 }
 
 /// @return false with a diagnostic: a value outside of the range of the output, or in another unit.
-bool check_range(const SetParameters& parameters, const command::Cell& cell, const std::string& pointer,
+bool check_range(const SetParameters& parameters, const expression::Cell& cell, const std::string& pointer,
                  Diagnostics& diagnostics) {
   if (parameters.source) return check_unit(parameters, cell, pointer, diagnostics);
   const double* value = std::get_if<double>(&parameters.value);
@@ -88,7 +88,7 @@ class OutputCommand final : public OperationCommand {
     return {.command = command::RuntimeCommand(name, actuator, action), .action = action, .actuator = actuator};
   }
   [[nodiscard]] bool is_called_by_type() const override { return !parameters_.source; }
-  void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
+  void check(const expression::Cell& cell, Diagnostics& diagnostics) const override {
     (void)check_range(parameters_, cell, pointer, diagnostics);
   }
   [[nodiscard]] std::string follows() const override {
@@ -98,7 +98,8 @@ class OutputCommand final : public OperationCommand {
   void rehearse(Rehearsal& rehearsal, Diagnostics&) const override {
     if (parameters_.source) rehearsal.duration += parameters_.seconds.value_or(0.0);
   }
-  void finish(const RunView& ended, const std::string& key, bool, Context&, Diagnostics& diagnostics) const override {
+  void finish(const activity::RunView& ended, const std::string& key, bool, activity::Context&,
+              Diagnostics& diagnostics) const override {
     if (!ended.was_true(key + " silent")) return;
     diagnostics.error(Code::kSensorSilent, pointer + "/value",
                       "what the output follows did not answer, so it stayed where it was",
@@ -107,7 +108,7 @@ class OutputCommand final : public OperationCommand {
 
  private:
   [[nodiscard]] MadeCommand make_following(const BuildContext& build, const std::string& key) const {
-    command::RealSensor value = value_of(*parameters_.source, build);
+    expression::RealSensor value = value_of(*parameters_.source, build);
     if (parameters_.factor) value = value * *parameters_.factor;
     if (parameters_.offset) value = value + *parameters_.offset;
     const command::Action action = command::track_value(value);
@@ -119,7 +120,7 @@ class OutputCommand final : public OperationCommand {
       made.handler_places.emplace_back("/seconds");
     }
     if (parameters_.until) {
-      set.on_entered(command::state_of(*parameters_.until, build.cell, build.biases), cancel(set));
+      set.on_entered(expression::state_of(*parameters_.until, build.cell, build.biases), cancel(set));
       made.handler_places.emplace_back("/until");
     }
     // A motion that does not run has no progress; that is no fault.
@@ -131,7 +132,7 @@ class OutputCommand final : public OperationCommand {
     return made;
   }
 
-  [[nodiscard]] static command::RealSensor value_of(const ValueParameters& value, const BuildContext& build) {
+  [[nodiscard]] static expression::RealSensor value_of(const ValueParameters& value, const BuildContext& build) {
     if (value.kind != ValueParameters::Kind::kProgress) return number_of(value, build.cell, build.biases);
     return *build.progress;
   }
@@ -172,4 +173,4 @@ Operation set_operation() {
           .read_command = read_command<OutputCommand, set_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -11,7 +11,7 @@
 
 /// "set": brings a digital or an analog output to a value, which then stays; or lets an analog one follow a value.
 /// Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct SetParameters {
   std::string output = {};  ///< empty: the only one
@@ -19,11 +19,11 @@ struct SetParameters {
   /// In place of `value`: an analog output follows this, limited to its range, until it is cancelled.
   std::optional<ValueParameters> source = {};
   // Of an output that follows.
-  std::optional<double> factor = {};               ///< in the output's unit for each of the source's
-  std::optional<double> offset = {};               ///< in the output's unit
-  std::optional<double> seconds = {};              ///< for so long
-  std::optional<command::StateSource> until = {};  ///< until this becomes true
-  std::string name = {}, pointer = {};             ///< for people; in its file
+  std::optional<double> factor = {};                  ///< in the output's unit for each of the source's
+  std::optional<double> offset = {};                  ///< in the output's unit
+  std::optional<double> seconds = {};                 ///< for so long
+  std::optional<expression::StateSource> until = {};  ///< until this becomes true
+  std::string name = {}, pointer = {};                ///< for people; in its file
 };
 [[nodiscard]] const ParameterTable<SetParameters>& set_parameters();
 [[nodiscard]] std::unique_ptr<OperationCommand> set_command(const SetParameters& parameters);
@@ -32,4 +32,4 @@ struct SetParameters {
 }
 [[nodiscard]] Operation set_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 #include "core/operations/command/command_step.h"
 #include "core/operations/command/operation_command.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -43,7 +43,7 @@ class Transaction final : public OperationCommand {
   void add(std::unique_ptr<OperationCommand> part) { adopt(std::move(part)); }
 };
 
-void read_captures(ObjectReader& reader, const command::Cell& cell, TransactionParameters& transaction) {
+void read_captures(ObjectReader& reader, const expression::Cell& cell, TransactionParameters& transaction) {
   const Json* json = reader.object("capture", false);
   if (!json) return;
   for (const auto& [name, capture] : json->items()) {
@@ -126,4 +126,4 @@ Operation transaction_operation() {
           .read_command = read_transaction};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -3,8 +3,8 @@
 #include "core/operations/table/operation.h"
 
 /// "transaction": commands in one real-time context, with handlers for events. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 [[nodiscard]] Operation transaction_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

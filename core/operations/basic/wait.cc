@@ -9,10 +9,10 @@
 #include "core/operations/command/command_step.h"
 #include "core/operations/command/operation_command.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-using command::BooleanSensor;
+using expression::BooleanSensor;
 
 constexpr Range kWaitingTime{.low = 0, .high = 3600};
 
@@ -44,12 +44,12 @@ class PauseStep final : public Step {
     class Run final : public StepRun {
      public:
       explicit Run(double seconds) : seconds_(seconds) {}
-      Progress advance(Context& context, Diagnostics&) override {
+      Progress advance(activity::Context& context, Diagnostics&) override {
         const auto period = static_cast<double>(context.core.period());
         if (end_ < 0) end_ = context.core.cycle() + static_cast<std::int64_t>(std::llround(seconds_ * 1e9 / period));
         return cancelled_ || context.core.cycle() >= end_ ? Progress::kDone : Progress::kRunning;
       }
-      void cancel(Context&) override { cancelled_ = true; }
+      void cancel(activity::Context&) override { cancelled_ = true; }
 
      private:
       double seconds_;
@@ -71,7 +71,7 @@ class TimeCommand final : public OperationCommand {
 
   [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
     if (!parameters_.until) return {.command = command::WaitCommand(name, parameters_.seconds.value_or(0.0))};
-    const command::State until = command::state_of(*parameters_.until, build.cell, build.biases);
+    const expression::State until = expression::state_of(*parameters_.until, build.cell, build.biases);
     command::WaitCommand wait(name, until, parameters_.timeout);
     if (is_alone(build)) {
       // Nothing comes after it: what the condition is when it has ended is what counts.
@@ -88,12 +88,13 @@ class TimeCommand final : public OperationCommand {
     rehearsal.duration += parameters_.seconds.value_or(0.0);
   }
 
-  void finish(const RunView& ended, const std::string& key, bool cancelled, Context&,
+  void finish(const activity::RunView& ended, const std::string& key, bool cancelled, activity::Context&,
               Diagnostics& diagnostics) const override {
     const bool has_ended = is_alone(ended) ? !cancelled : ended.was_true(key + " timed out");
     if (!parameters_.until || !has_ended) return;
-    diagnostics.append(failure_of_wait(ended.value<net::Boolean>(key + " held"), parameters_.timeout.value_or(0.0)),
-                       pointer);
+    diagnostics.append(
+        activity::failure_of_wait(ended.value<net::Boolean>(key + " held"), parameters_.timeout.value_or(0.0)),
+        pointer);
   }
 
  private:
@@ -138,4 +139,4 @@ Operation wait_operation() {
           .read_command = read_command<TimeCommand, wait_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -9,11 +9,11 @@
 #include "core/expression/condition_state.h"
 #include "core/expression/device_sensors.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using command::Command;
-using command::State;
+using expression::State;
 using Kind = command::Effect::Kind;
 
 State command_state(const Command& command, const std::string& which) {
@@ -23,11 +23,11 @@ State command_state(const Command& command, const std::string& which) {
   if (which == "cancelled") return command.cancelled();
   if (which == "failed") return command.failed();
   if (which == "paused") return command.paused();
-  if (which == "timed_out") return State(command::leaf(net::ValueType::kBoolean, command.subject(), "timed_out"));
+  if (which == "timed_out") return State(expression::leaf(net::ValueType::kBoolean, command.subject(), "timed_out"));
   return command.completed();
 }
 
-command::Actuator actuator_of(const command::Cell& cell, const std::string& name) {
+command::Actuator actuator_of(const expression::Cell& cell, const std::string& name) {
   if (cell.arms.contains(name)) return command::arm(cell, name);
   if (cell.grippers.contains(name)) return command::gripper(cell, name);
   return command::output(cell, name);
@@ -39,11 +39,11 @@ State actuator_state(const command::Actuator& actuator, const std::string& which
   return actuator.invalid_set_point();
 }
 
-command::RealSensor progress_of(const CommandBuilder::Part& part) {
+expression::RealSensor progress_of(const CommandBuilder::Part& part) {
   if (part.made.action) return part.made.action->progress();
-  return command::RealSensor(command::broken(Code::kInvalidValue, net::ValueType::kReal,
-                                             fmt::format("C8: '{}' is not a motion", part.request->name),
-                                             "Name a motion"));
+  return expression::RealSensor(expression::broken(Code::kInvalidValue, net::ValueType::kReal,
+                                                   fmt::format("C8: '{}' is not a motion", part.request->name),
+                                                   "Name a motion"));
 }
 
 /// What the command layer calls its own functions is something else in a file.
@@ -185,7 +185,7 @@ State CommandBuilder::state_of(const Part& owner, const StateParameters& state, 
 State CommandBuilder::formula_of(const Part& owner, const StateParameters& state, const BuildContext& build) const {
   switch (state.kind) {
     case StateParameters::Kind::kCondition:
-      return command::state_of(state.condition, build.cell, build.biases);
+      return expression::state_of(state.condition, build.cell, build.biases);
     case StateParameters::Kind::kCommand:
       return command_state(named(owner, state.of).made.command, state.is);
     case StateParameters::Kind::kAction:
@@ -210,9 +210,10 @@ State CommandBuilder::formula_of(const Part& owner, const StateParameters& state
 State CommandBuilder::action_state(const Part& owner, const StateParameters& state) const {
   const Part& part = named(owner, state.of);
   if (!part.made.action) {
-    return State(command::broken(Code::kInvalidValue, net::ValueType::kBoolean,
-                                 fmt::format("C8: '{}' is not an action, so it has no state '{}'", state.of, state.is),
-                                 "Use started, active, completed, stopped, cancelled of a command"));
+    return State(
+        expression::broken(Code::kInvalidValue, net::ValueType::kBoolean,
+                           fmt::format("C8: '{}' is not an action, so it has no state '{}'", state.of, state.is),
+                           "Use started, active, completed, stopped, cancelled of a command"));
   }
   if (state.is == "at_path") return part.made.action->at_path(state.share);
   if (state.is == "via_passed") return part.made.action->via_passed(state.index);
@@ -237,7 +238,7 @@ void CommandBuilder::add_captures(const Part& part, const BuildContext& build) {
     if (value.kind == ValueParameters::Kind::kProgress) {
       keep(progress_of(named(part, value.of)));
     } else if (is_boolean(value, build.cell)) {
-      keep(command::BooleanSensor(boolean_of(value, build.cell).node()));
+      keep(expression::BooleanSensor(boolean_of(value, build.cell).node()));
     } else {
       keep(number_of(value, build.cell, build.biases));
     }
@@ -259,4 +260,4 @@ Diagnostics CommandBuilder::in_file(const Diagnostics& diagnostics) const {
   return result;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

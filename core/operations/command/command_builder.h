@@ -7,7 +7,7 @@
 
 #include "core/operations/command/operation_command.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// The commands of a file as a tree of the command layer, and where in the file each of them is. Made when its step
 /// is rehearsed or begins; the requests must outlive it. Realtime: setup.
@@ -45,15 +45,15 @@ class CommandBuilder {
   [[nodiscard]] command::RaisedState raised(const Part& from, const std::string& name) const;
   [[nodiscard]] command::Effect effect_of(const Part& owner, const HandlerParameters::Effect& effect,
                                           const BuildContext& build) const;
-  [[nodiscard]] command::State state_of(const Part& owner, const StateParameters& state,
-                                        const BuildContext& build) const;
-  [[nodiscard]] command::State formula_of(const Part& owner, const StateParameters& state,
-                                          const BuildContext& build) const;
-  [[nodiscard]] command::State action_state(const Part& owner, const StateParameters& state) const;
+  [[nodiscard]] expression::State state_of(const Part& owner, const StateParameters& state,
+                                           const BuildContext& build) const;
+  [[nodiscard]] expression::State formula_of(const Part& owner, const StateParameters& state,
+                                             const BuildContext& build) const;
+  [[nodiscard]] expression::State action_state(const Part& owner, const StateParameters& state) const;
 
   std::vector<Part> parts_;
   std::map<const OperationCommand*, int> indices_;
   std::vector<std::pair<std::string, std::string>> places_;  ///< path in the tree, pointer in the file
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 #include "core/command/actions/motion_action.h"
 #include "core/operations/review/possible_meetings.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Part = CommandBuilder::Part;
@@ -56,13 +56,13 @@ std::optional<double> duration_of(const Part& part) {
   return part.made.command.node()->model().duration();
 }
 
-CheckedMotion checked_motion(const Part& part, const command::PlannedMotion& motion, const Rehearsal& rehearsal,
-                             const collision::Touching& all) {
+activity::CheckedMotion checked_motion(const Part& part, const command::PlannedMotion& motion,
+                                       const Rehearsal& rehearsal, const collision::Touching& all) {
   const OperationCommand::IntendedContact touch = part.request->meant_touch();
-  CheckedMotion checked{.tracks = tracks_of(motion, part.made.actuator->model(), rehearsal.cell),
-                        .parts = {{0.0, part.request->name, part.request->pointer}},
-                        .touching = all,
-                        .ends_at_touch = touch.ends};
+  activity::CheckedMotion checked{.tracks = activity::tracks_of(motion, part.made.actuator->model(), rehearsal.cell),
+                                  .parts = {{0.0, part.request->name, part.request->pointer}},
+                                  .touching = all,
+                                  .ends_at_touch = touch.ends};
   if (touch.first_motion > 0 && touch.first_motion <= motion.handed_over.size())
     checked.touch_from = motion.handed_over[touch.first_motion - 1];
   return checked;
@@ -275,4 +275,4 @@ void check_motions(const CommandBuilder& tree, Rehearsal& rehearsal, Diagnostics
   check_together(rehearsal, std::move(together), diagnostics, others);
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -10,7 +10,7 @@
 #include "core/operations/command/command_builder.h"
 
 /// Planned motions of one transaction against each other and against the cell (docs/world.md). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// What the commands of a tree mean to touch.
 [[nodiscard]] collision::Touching touching(const CommandBuilder& tree);
@@ -22,7 +22,7 @@ namespace takt::activity {
 /// A planned motion of a tree as it is checked.
 struct TreeMotion {
   const CommandBuilder::Part* part = nullptr;
-  CheckedMotion motion = {};
+  activity::CheckedMotion motion = {};
   double begin = 0.0;                       ///< s after the tree; where it is not known, when it may be at the soonest
   bool timed = false;                       ///< `begin` is known
   std::size_t line = 0;                     ///< motions of one line follow each other, those of two may run together
@@ -39,4 +39,4 @@ void rehearse_time(const CommandBuilder& tree, Rehearsal& rehearsal);
 /// would meet if the times fit (possible_meetings.h).
 void check_motions(const CommandBuilder& tree, Rehearsal& rehearsal, Diagnostics& diagnostics);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "core/operations/table/collision_rehearsal.h"
 #include "core/operations/table/step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 bool has_moves(const OperationCommand& root) {
@@ -16,7 +16,7 @@ bool has_moves(const OperationCommand& root) {
 
 }  // namespace
 
-ConcurrentMotions meanwhile_of(const OperationCommand& root, ConcurrentMotions around) {
+activity::ConcurrentMotions meanwhile_of(const OperationCommand& root, activity::ConcurrentMotions around) {
   if (around.parallel.empty()) around.parallel = root.pointer;
   return around;
 }
@@ -59,7 +59,7 @@ PlayedSteps CommandReview::steps_of(const CommandBuilder& tree, bool planned) {
     branches_.resize(std::max(branches_.size(), static_cast<std::size_t>(branch) + 1), 0);
     OperationCommand::OwnPaths own = one.part->request->own_paths();
     if (one.motion.tracks.empty()) continue;
-    const double stops = first_touch(rehearsal_.cell, begin, one.motion).time;
+    const double stops = activity::first_touch(rehearsal_.cell, begin, one.motion).time;
     steps.push_back(std::make_shared<const PlayedStep>(PlayedStep{.begin = rehearsal_.duration + one.begin,
                                                                   .branch = branch,
                                                                   .timed = one.timed,
@@ -80,4 +80,4 @@ void CommandReview::finish(Diagnostics& diagnostics) {
   diagnostics.append(review_->notes());
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 
 /// Motions of `move` in a transaction beside what its other commands do meanwhile (docs/planning.md, "Beside machines
 /// that move"). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct Rehearsal;
 
@@ -20,7 +20,7 @@ class CommandReview {
   CommandReview(const OperationCommand& root, Rehearsal& rehearsal);
 
   /// What its commands have to be made with.
-  [[nodiscard]] const ConcurrentMotions& meanwhile() const { return meanwhile_; }
+  [[nodiscard]] const activity::ConcurrentMotions& meanwhile() const { return meanwhile_; }
   /// Once all are planned. @param wrong  what planning has said   @return true: they are to be made and planned again
   [[nodiscard]] bool plan_again(const CommandBuilder& tree, const Diagnostics& wrong);
   /// Gives the rehearsal what was found, for the run; notes say what people should know of it.
@@ -33,7 +33,7 @@ class CommandReview {
 
   const OperationCommand& root_;
   Rehearsal& rehearsal_;
-  ConcurrentMotions meanwhile_;
+  activity::ConcurrentMotions meanwhile_;
   std::optional<MoveReview> review_;  ///< null: there is nothing to review
   PlayedSteps last_ = {};
   BranchParents branches_ = {};
@@ -41,6 +41,7 @@ class CommandReview {
 
 /// The pointer under which a transaction finds what was found for its `move`s: that of the outermost parallel around
 /// it, else its own.
-[[nodiscard]] ConcurrentMotions meanwhile_of(const OperationCommand& root, ConcurrentMotions around);
+[[nodiscard]] activity::ConcurrentMotions meanwhile_of(const OperationCommand& root,
+                                                       activity::ConcurrentMotions around);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

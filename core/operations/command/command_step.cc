@@ -21,7 +21,7 @@
 #include "core/operations/table/rehearsed_net.h"
 #include "core/operations/table/scheduled_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -47,7 +47,7 @@ class CommandRun final : public ScheduledRun {
   }
 
  private:
-  [[nodiscard]] ActivityPtr activity(Context& context) override {
+  [[nodiscard]] activity::ActivityPtr activity(activity::Context& context) override {
     context.variables.monitors.erase(root_->name);  // an earlier run says nothing of this one
     const auto tell = [&context, step = root_->name](const command::ExternalEvent& event) {
       context.variables.monitors[step][event.name] = std::to_string(event.count);
@@ -62,20 +62,20 @@ class CommandRun final : public ScheduledRun {
   }
 
   /// When the motion that may be left moves, everything else is over.
-  Progress watch(Context& context, Diagnostics& diagnostics) override {
+  Progress watch(activity::Context& context, Diagnostics& diagnostics) override {
     if (run()->started()) show_captures(context);
     if (!can_blend_out() || std::exchange(reported_, true)) return Progress::kRunning;
     const Progress progress = report(context, diagnostics, [this](const auto& one) { return &one != left_; });
     return progress == Progress::kDone ? Progress::kRunning : progress;
   }
 
-  Progress finish(Context& context, Diagnostics& diagnostics) override {
+  Progress finish(activity::Context& context, Diagnostics& diagnostics) override {
     if (run()->first_cycle() < 0) return Progress::kDone;  // it was called off before its start
     return report(context, diagnostics, [this](const auto& one) { return !reported_ || &one == left_; });
   }
 
   /// What has come of those commands that count.
-  Progress report(Context& context, Diagnostics& diagnostics,
+  Progress report(activity::Context& context, Diagnostics& diagnostics,
                   const std::function<bool(const OperationCommand&)>& counts) const {
     Diagnostics own;
     for (const auto& [request, key] : keys_) {
@@ -87,18 +87,18 @@ class CommandRun final : public ScheduledRun {
   }
 
   /// What was captured, for `monitor(step, name)` in expressions.
-  void keep_captures(const OperationCommand& transaction, const std::string& key, Context& context) const {
+  void keep_captures(const OperationCommand& transaction, const std::string& key, activity::Context& context) const {
     for (const CaptureParameters& capture : transaction.transaction()->captures) keep(capture, key, context);
   }
   /// The same of those that are due in this cycle.
-  void show_captures(Context& context) const {
+  void show_captures(activity::Context& context) const {
     for (const auto& [request, key] : keys_) {
       if (request->transaction() == nullptr) continue;
       for (const CaptureParameters& capture : request->transaction()->captures)
         if (capture.rate && is_due(*capture.rate, context)) keep(capture, key, context);
     }
   }
-  void keep(const CaptureParameters& capture, const std::string& key, Context& context) const {
+  void keep(const CaptureParameters& capture, const std::string& key, activity::Context& context) const {
     const std::string name = CommandBuilder::capture_name(key, capture.name);
     if (!run()->observes(name)) return;
     const auto number = run()->value<net::Real>(name);
@@ -238,9 +238,9 @@ class CommandStep final : public Step {
   /// Arms go to the natural end of what moves them; where that is not known before they stay.
   void rehearse(Rehearsal& rehearsal, const std::string&, Diagnostics& diagnostics) const override {
     settle_rehearsal(rehearsal, diagnostics);
-    const command::Biases untared;
+    const expression::Biases untared;
     Diagnostics notes, wrong;
-    command::Places places;
+    expression::Places places;
     command::TreeEnd end;
     std::optional<CommandBuilder> made;
     CommandReview review(*root_, rehearsal);
@@ -288,4 +288,4 @@ std::unique_ptr<Step> step_of_command(const OperationSource& source) {
   return std::make_unique<CommandStep>(read_root(source));
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

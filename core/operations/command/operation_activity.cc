@@ -9,7 +9,7 @@
 #include "core/operations/command/command_collisions.h"
 #include "core/operations/command/command_review.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// Who asks for a blend is the last that its transaction does.
@@ -39,12 +39,13 @@ std::vector<std::string> driven_by(const CommandBuilder& tree) {
 }
 
 /// An arm that rests before it begins where it is; where it is afterwards is for the operation to say.
-void begin_at_rest(const PlanningContext& planning, ArmAfter arms, PlannedActivity& planned) {
+void begin_at_rest(const activity::PlanningContext& planning, activity::ArmAfter arms,
+                   activity::PlannedActivity& planned) {
   for (auto& [actuator, end_state] : planned.end_states) {
     const auto before = planning.predecessors.find(actuator);
     if (before == planning.predecessors.end() || !before->second.at_end.q) continue;
-    const ActuatorState& state = before->second.at_end;
-    if (arms == ArmAfter::kStays) end_state.after = state;
+    const activity::ActuatorState& state = before->second.at_end;
+    if (arms == activity::ArmAfter::kStays) end_state.after = state;
     device::Seam seam;
     seam.q = *state.q;
     seam.dq = seam.ddq = kinematics::JointVector::Zero(state.q->size());
@@ -52,13 +53,15 @@ void begin_at_rest(const PlanningContext& planning, ArmAfter arms, PlannedActivi
   }
 }
 
-class RefusedActivity final : public ActivityModel {
+class RefusedActivity final : public activity::ActivityModel {
  public:
   RefusedActivity(std::string name, std::string actuator, Diagnostics why)
-      : ActivityModel(std::move(name)), actuator_(std::move(actuator)), why_(std::move(why)) {}
+      : activity::ActivityModel(std::move(name)), actuator_(std::move(actuator)), why_(std::move(why)) {}
 
   [[nodiscard]] std::vector<std::string> actuators() const override { return {actuator_}; }
-  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext&) const override { return std::unexpected(why_); }
+  [[nodiscard]] Result<activity::PlannedActivity> prepare(const activity::PlanningContext&) const override {
+    return std::unexpected(why_);
+  }
 
  private:
   std::string actuator_;
@@ -67,7 +70,7 @@ class RefusedActivity final : public ActivityModel {
 
 }  // namespace
 
-Diagnostics plan_commands(const CommandBuilder& tree, const command::Cell& cell, command::Places& places,
+Diagnostics plan_commands(const CommandBuilder& tree, const expression::Cell& cell, expression::Places& places,
                           command::TreeEnd& end) {
   Diagnostics found;
   for (const CommandBuilder::Part& part : tree.parts()) part.request->check(cell, found);
@@ -88,8 +91,8 @@ Diagnostics below(const OperationCommand& root, const Diagnostics& diagnostics) 
   return inside;
 }
 
-OperationActivity::OperationActivity(RootPtr root, Context& context, Options options)
-    : ActivityModel(options.name.empty() ? root->name : options.name),
+OperationActivity::OperationActivity(RootPtr root, activity::Context& context, Options options)
+    : activity::ActivityModel(options.name.empty() ? root->name : options.name),
       root_(std::move(root)),
       context_(context),
       options_(std::move(options)),
@@ -101,7 +104,7 @@ OperationActivity::OperationActivity(RootPtr root, Context& context, Options opt
   for (const CommandBuilder::Part& part : tree.parts()) keys_.emplace_back(part.request, part.key);
 }
 
-Result<PlannedActivity> OperationActivity::prepare(const PlanningContext& planning) const {
+Result<activity::PlannedActivity> OperationActivity::prepare(const activity::PlanningContext& planning) const {
   Diagnostics notes;  // of planners; what there is to say of a file was said in the rehearsal
   const CommandBuilder tree(*root_, {.cell = planning.cell,
                                      .biases = biases_,
@@ -109,16 +112,16 @@ Result<PlannedActivity> OperationActivity::prepare(const PlanningContext& planni
                                      .tell = options_.tell,
                                      .meanwhile = meanwhile_,
                                      .is_part = planning.is_part});
-  command::Places places = places_before(planning);
+  expression::Places places = activity::places_before(planning);
   command::TreeEnd end;
   if (const Diagnostics wrong = plan_commands(tree, planning.cell, places, end); wrong.has_errors())
     return std::unexpected(below(*root_, wrong));
-  PlannedActivity planned = planned_activity(tree.command(), options_.actuators, end);
+  activity::PlannedActivity planned = activity::planned_activity(tree.command(), options_.actuators, end);
   planned.touching = touching(tree);
   if (options_.arms) begin_at_rest(planning, *options_.arms, planned);
   if (!options_.judged) return planned;
   planned.can_fail = command::CommandTree(tree.command()).can_fail(0);
-  planned.verdict = [root = root_, keys = keys_, &context = context_](const RunView& run) {
+  planned.verdict = [root = root_, keys = keys_, &context = context_](const activity::RunView& run) {
     Diagnostics found;
     for (const auto& [request, key] : keys) request->report(run, key, /*cancelled=*/false, context, found);
     return below(*root, found);
@@ -126,15 +129,15 @@ Result<PlannedActivity> OperationActivity::prepare(const PlanningContext& planni
   return planned;
 }
 
-ActivityPtr operation_activity(std::string name, std::unique_ptr<const OperationCommand> command, std::string actuator,
-                               Context& context, ArmAfter arms) {
+activity::ActivityPtr operation_activity(std::string name, std::unique_ptr<const OperationCommand> command,
+                                         std::string actuator, activity::Context& context, activity::ArmAfter arms) {
   return std::make_shared<const OperationActivity>(
       std::move(command), context,
       OperationActivity::Options{.name = std::move(name), .actuators = {std::move(actuator)}, .arms = arms});
 }
 
-ActivityPtr refused_activity(std::string name, std::string actuator, Diagnostics why) {
+activity::ActivityPtr refused_activity(std::string name, std::string actuator, Diagnostics why) {
   return std::make_shared<const RefusedActivity>(std::move(name), std::move(actuator), std::move(why));
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -9,7 +9,7 @@
 #include "core/base/read_parts.h"
 #include "core/kinematics/chain.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -38,7 +38,7 @@ void read_effects(ObjectReader& reader, const char* key, Kind kind, HandlerParam
   }
 }
 
-HandlerParameters read_handler(const Json& json, const std::string& pointer, const command::Cell& cell,
+HandlerParameters read_handler(const Json& json, const std::string& pointer, const expression::Cell& cell,
                                Diagnostics& diagnostics) {
   HandlerParameters handler;
   handler.pointer = pointer;
@@ -66,7 +66,7 @@ HandlerParameters read_handler(const Json& json, const std::string& pointer, con
   return handler;
 }
 
-std::vector<HandlerParameters> read_handlers(const Json& json, const std::string& pointer, const command::Cell& cell,
+std::vector<HandlerParameters> read_handlers(const Json& json, const std::string& pointer, const expression::Cell& cell,
                                              Diagnostics& diagnostics) {
   std::vector<HandlerParameters> handlers;
   if (!json.is_array()) {
@@ -116,7 +116,7 @@ nlohmann::ordered_json OperationCommand::left_steps() const { return Json::array
 MadeCommand OperationCommand::made(const BuildContext& build, const std::string& key) const {
   MadeCommand made = make(build, key);
   if (!abort_if_) return made;
-  add_abort(made.command, command::state_of(*abort_if_, build.cell, build.biases), key);
+  activity::add_abort(made.command, expression::state_of(*abort_if_, build.cell, build.biases), key);
   made.handler_places.emplace_back("/abort_if");
   return made;
 }
@@ -133,9 +133,9 @@ MadeCommand OperationCommand::on_actuator(const command::Actuator& actuator, con
           .places = places_of(*compliance_)};
 }
 
-void OperationCommand::report(const RunView& ended, const std::string& key, bool cancelled, Context& context,
-                              Diagnostics& diagnostics) const {
-  diagnostics.append(abort_diagnostics(ended, key), pointer);
+void OperationCommand::report(const activity::RunView& ended, const std::string& key, bool cancelled,
+                              activity::Context& context, Diagnostics& diagnostics) const {
+  diagnostics.append(activity::abort_diagnostics(ended, key), pointer);
   finish(ended, key, cancelled, context, diagnostics);
 }
 
@@ -181,4 +181,4 @@ std::vector<const OperationCommand*> OperationCommand::all() const {
   return commands;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

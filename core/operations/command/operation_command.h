@@ -24,18 +24,19 @@
 
 /// Operations as commands: what a step "transaction" is made of (docs/programs.md), and operations of programs in C++.
 /// Read or filled once; made into commands of the command layer each time they begin.
-namespace takt::activity {
+namespace takt::operations {
 
 /// What commands are made with.
 struct BuildContext {
-  const command::Cell& cell;
-  const command::Biases& biases;
-  Diagnostics& notes;                                ///< gets what planners have to say, with pointers of the file
-  std::optional<command::RealSensor> progress = {};  ///< of the command that this one follows()
-  command::ExternalHandler tell = {};                ///< gets external effects
-  ConcurrentMotions meanwhile = {};                  ///< what others do while a `move` is carried out
-  std::optional<command::FingerWidths> widths = {};  ///< of grippers, as they are believed to stand; default: measured
-  bool is_part = false;                              ///< of a composition: something may come after it in the same net
+  const expression::Cell& cell;
+  const expression::Biases& biases;
+  Diagnostics& notes;                                   ///< gets what planners have to say, with pointers of the file
+  std::optional<expression::RealSensor> progress = {};  ///< of the command that this one follows()
+  command::ExternalHandler tell = {};                   ///< gets external effects
+  activity::ConcurrentMotions meanwhile = {};           ///< what others do while a `move` is carried out
+  std::optional<expression::FingerWidths> widths =
+      {};                ///< of grippers, as they are believed to stand; default: measured
+  bool is_part = false;  ///< of a composition: something may come after it in the same net
 };
 
 /// One command that was made. Nothing that it does itself is set: for a wait or a transaction.
@@ -64,7 +65,7 @@ class OperationCommand {
   [[nodiscard]] MadeCommand made(const BuildContext& build, const std::string& key) const;
   /// What has come of it once the tree has ended in order: `abort_if`, and what finish() says.
   /// @param cancelled  the whole was cancelled
-  void report(const RunView& ended, const std::string& key, bool cancelled, Context& context,
+  void report(const activity::RunView& ended, const std::string& key, bool cancelled, activity::Context& context,
               Diagnostics& diagnostics) const;
 
   /// The command, named as this, without what `on` says. Not of transactions.
@@ -94,12 +95,13 @@ class OperationCommand {
   /// The tools that it works with, alone and not of commands inside.
   [[nodiscard]] virtual ArmTools arm_tools() const { return arm_tool_ ? ArmTools{*arm_tool_} : ArmTools(); }
   /// Figures that its device does not have; with whole pointers.
-  virtual void check(const command::Cell&, Diagnostics&) const {}
+  virtual void check(const expression::Cell&, Diagnostics&) const {}
   /// What it leaves in a rehearsal beside the positions of the arms: time, what is touched or carried.
   virtual void rehearse(Rehearsal&, Diagnostics&) const {}
   /// What has come of it once the tree has ended in order: results for the program; diagnostics, with whole pointers,
   /// if it has failed. @param cancelled  the whole was cancelled
-  virtual void finish(const RunView&, const std::string& key, bool cancelled, Context&, Diagnostics&) const {
+  virtual void finish(const activity::RunView&, const std::string& key, bool cancelled, activity::Context&,
+                      Diagnostics&) const {
     (void)key;
     (void)cancelled;
   }
@@ -110,7 +112,7 @@ class OperationCommand {
   [[nodiscard]] const OperationCommand* parent() const { return parent_; }
   /// It is a step, or an activity, of its own, and no part of a transaction or of a composition.
   [[nodiscard]] bool is_alone(const BuildContext& build) const { return parent_ == nullptr && !build.is_part; }
-  [[nodiscard]] bool is_alone(const RunView& run) const { return parent_ == nullptr && run.is_whole(); }
+  [[nodiscard]] bool is_alone(const activity::RunView& run) const { return parent_ == nullptr && run.is_whole(); }
   /// The command that a name means here: one directly inside, itself, or one around; "a/b" is b inside of a.
   [[nodiscard]] const OperationCommand* find(std::string_view name) const;
   /// The transaction that declares a raised state: this or around, else any of the tree (rule C10 checks).
@@ -144,7 +146,7 @@ class OperationCommand {
 
  private:
   std::optional<ComplianceParameters> compliance_;
-  std::optional<command::StateSource> abort_if_;
+  std::optional<expression::StateSource> abort_if_;
   std::optional<ArmTool> arm_tool_;
   std::vector<std::unique_ptr<OperationCommand>> parts_;
   const OperationCommand* parent_ = nullptr;
@@ -155,4 +157,4 @@ class OperationCommand {
 /// setup.
 [[nodiscard]] std::unique_ptr<OperationCommand> read_any_command(const OperationSource& source);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

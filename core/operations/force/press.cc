@@ -4,7 +4,7 @@
 
 #include "core/operations/command/command_step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 std::unique_ptr<OperationCommand> press_command(const PressParameters& parameters) {
   constexpr double kHold_s = 0.5;
@@ -29,4 +29,4 @@ Operation press_operation() {
           .read_command = make_command<press_parameters, press_command>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

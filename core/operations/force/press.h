@@ -7,7 +7,7 @@
 #include "core/operations/force/pressing.h"
 
 /// "press": touches along a direction and holds a force. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct PressParameters {
   std::string arm = {}, sensor = {};  ///< empty: the only one
@@ -17,14 +17,14 @@ struct PressParameters {
   /// For which the force is held once it is there, s. Without it and without `until` as a step for half a second, in a
   /// transaction until it is cancelled.
   std::optional<double> seconds = {};
-  std::optional<command::StateSource> until = {};
+  std::optional<expression::StateSource> until = {};
   std::optional<ComplianceParameters> compliance = {};
-  double tolerance = 0.1;                             ///< share of the force: so far off counts as at force
-  std::optional<double> depth = {};                   ///< m beyond the touch at most
-  std::optional<double> lateral = {};                 ///< N across the direction at most
-  std::optional<command::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
-  ToolChoice tool = {};                               ///< of the arm; default: the one that the cell declares
-  std::string name = {}, pointer = {};                ///< for people; in its file
+  double tolerance = 0.1;                                ///< share of the force: so far off counts as at force
+  std::optional<double> depth = {};                      ///< m beyond the touch at most
+  std::optional<double> lateral = {};                    ///< N across the direction at most
+  std::optional<expression::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
+  ToolChoice tool = {};                                  ///< of the arm; default: the one that the cell declares
+  std::string name = {}, pointer = {};                   ///< for people; in its file
 };
 
 [[nodiscard]] const ParameterTable<PressParameters>& press_parameters();
@@ -35,4 +35,4 @@ struct PressParameters {
 }
 [[nodiscard]] Operation press_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

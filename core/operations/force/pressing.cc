@@ -9,15 +9,15 @@
 #include "core/expression/moving_frames.h"
 #include "core/operations/table/touch.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-using command::State;
+using expression::State;
 
 // -- The action -------------------------------------------------------------------------------------------------------
 
-command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const command::Cell& cell,
-                             const command::Biases& biases) {
+command::Action press_action(const Pressing& pressing, const PlannedPressing& planned, const expression::Cell& cell,
+                             const expression::Biases& biases) {
   const auto force = command::pressing_force(cell, pressing.sensor, planned.direction_B, biases);
   command::PressControlParameters control = planned.control;
   if (pressing.lateral)
@@ -28,7 +28,7 @@ command::Action press_action(const Pressing& pressing, const PlannedPressing& pl
 /// A press that depends on where the arm is: planned when that is known.
 class UnplannedPress final : public command::ActionModel {
  public:
-  UnplannedPress(const Pressing& pressing, const command::Cell& cell, command::Biases biases)
+  UnplannedPress(const Pressing& pressing, const expression::Cell& cell, expression::Biases biases)
       : pressing_(pressing), cell_(cell), biases_(std::move(biases)) {}
 
   [[nodiscard]] std::string_view name() const override { return pressing_.type; }
@@ -39,20 +39,21 @@ class UnplannedPress final : public command::ActionModel {
     return {"in_contact", "touched", "at_force", "too_far", "error", "sunk", "too_deep", "sideways", "path_ended"};
   }
   [[nodiscard]] bool needs_plan() const override { return true; }
-  [[nodiscard]] command::Contribution add_to(command::FragmentWriter&, const command::ActuatorModel&) const override {
+  [[nodiscard]] command::Contribution add_to(expression::FragmentWriter&,
+                                             const command::ActuatorModel&) const override {
     return {};
   }
   [[nodiscard]] Result<std::shared_ptr<const ActionModel>> plan(const command::ActuatorModel&,
-                                                                const command::Places& q_start) const override {
-    const auto planned = plan_pressing(pressing_, cell_at(cell_, q_start), q_start.at(pressing_.arm));
+                                                                const expression::Places& q_start) const override {
+    const auto planned = plan_pressing(pressing_, expression::cell_at(cell_, q_start), q_start.at(pressing_.arm));
     if (!planned) return std::unexpected(planned.error());
     return press_action(pressing_, *planned, cell_, biases_).shared_model();
   }
 
  private:
   const Pressing& pressing_;
-  const command::Cell& cell_;
-  command::Biases biases_;
+  const expression::Cell& cell_;
+  expression::Biases biases_;
 };
 
 // -- What ends it ----------------------------------------------------------------------------------------------------
@@ -81,7 +82,7 @@ std::string observation_of(PressEvent event, const std::string& key) {
 /// What has happened to a press that is over.
 class PressHistory {
  public:
-  PressHistory(const RunView& run, std::string key) : run_(run), key_(std::move(key)) {}
+  PressHistory(const activity::RunView& run, std::string key) : run_(run), key_(std::move(key)) {}
   /// Where the tool stood in the arm's base, m; nothing: it has not happened.
   [[nodiscard]] std::optional<net::Frame> place(PressEvent event) const {
     return run_.value<net::Frame>(observation_of(event, key_));
@@ -103,13 +104,14 @@ class PressHistory {
       const bool touched = outcome != PressOutcome::kTravelUsedUp || has(PressEvent::kTouched);
       return touched ? outcome : PressOutcome::kNotTouched;
     }
-    if (abort_diagnostics(run_, key_).has_errors()) return PressOutcome::kAborted;
-    if (has(PressEvent::kCancelled) || run_.state() == RunState::kCancelled) return PressOutcome::kInterrupted;
-    return run_.failure() == RunFailure::kNone ? PressOutcome::kRunning : PressOutcome::kStopped;
+    if (activity::abort_diagnostics(run_, key_).has_errors()) return PressOutcome::kAborted;
+    if (has(PressEvent::kCancelled) || run_.state() == activity::RunState::kCancelled)
+      return PressOutcome::kInterrupted;
+    return run_.failure() == activity::RunFailure::kNone ? PressOutcome::kRunning : PressOutcome::kStopped;
   }
 
  private:
-  RunView run_;
+  activity::RunView run_;
   std::string key_;
 };
 
@@ -152,7 +154,8 @@ Diagnostics failure_of(const Pressing& pressing, PressOutcome outcome) {
 
 /// What has come of it once it has ended in order: the touch of its arm; diagnostics, with pointers below the
 /// operation, if it has failed. @param cancelled  it was cancelled, so it may end anywhere
-Diagnostics end_press(const Pressing& pressing, const PressHistory& history, bool cancelled, Context& context) {
+Diagnostics end_press(const Pressing& pressing, const PressHistory& history, bool cancelled,
+                      activity::Context& context) {
   using enum PressEvent;
   Diagnostics diagnostics;
   const auto touched = history.place(kTouched), end = history.place(kCancelled);
@@ -173,7 +176,7 @@ class PressingCommand final : public OperationCommand {
   [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
     const command::Action action = action_of(build);
     MadeCommand made = on_actuator(command::arm(build.cell, pressing_.arm), action);
-    const command::FrameSensor tool = command::tool_pose(build.cell, pressing_.arm);
+    const expression::FrameSensor tool = expression::tool_pose(build.cell, pressing_.arm);
     const auto keep = [&](PressEvent event, const State& state) {
       made.command.capture(observation_of(event, key), tool, state);
     };
@@ -198,7 +201,7 @@ class PressingCommand final : public OperationCommand {
     if (pressing_.path) ends(kPathEnded, press.state("path_ended"), pressing_.path_key);
     if (pressing_.depth) ends(kTooDeep, press.state("too_deep"), "/depth_max_m");
     if (pressing_.lateral) ends(kSideways, press.state("sideways"), "/lateral_max_N");
-    if (pressing_.until) ends(kUntil, command::state_of(*pressing_.until, build.cell, build.biases), "/until");
+    if (pressing_.until) ends(kUntil, expression::state_of(*pressing_.until, build.cell, build.biases), "/until");
     keep(kTouched, press.state("touched"));
     keep(kCancelled, made.command.cancelled());
     return made;
@@ -210,7 +213,7 @@ class PressingCommand final : public OperationCommand {
     rehearsal.duration += seconds().value_or(0.0);
   }
 
-  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const activity::RunView& ended, const std::string& key, bool cancelled, activity::Context& context,
               Diagnostics& diagnostics) const override {
     diagnostics.append(end_press(pressing_, {ended, key}, cancelled, context), pointer);
   }
@@ -222,7 +225,7 @@ class PressingCommand final : public OperationCommand {
     if (const auto held = seconds()) ends.push_back(made.action->state("at_force").held_for(*held));
     if (pressing_.drop) ends.push_back(made.action->state("sunk"));
     if (pressing_.until)
-      ends.push_back(command::state_of(*pressing_.until, build.cell, build.biases) && made.command.active());
+      ends.push_back(expression::state_of(*pressing_.until, build.cell, build.biases) && made.command.active());
     return ends;
   }
   /// For how long the force is held: in a transaction something else may end it.
@@ -230,15 +233,15 @@ class PressingCommand final : public OperationCommand {
     return pressing_.seconds || parent() != nullptr ? pressing_.seconds : pressing_.seconds_alone;
   }
   [[nodiscard]] command::Action action_of(const BuildContext& build) const {
-    if (!pressing_.needs_place() && !moves(build.cell.frames, pressing_.in, pressing_.arm)) {
+    if (!pressing_.needs_place() && !expression::moves(build.cell.frames, pressing_.in, pressing_.arm)) {
       const auto planned = plan_pressing(pressing_, build.cell, place_now(build.cell));
       if (planned) return press_action(pressing_, *planned, build.cell, build.biases);
     }
     return command::Action(std::make_shared<const UnplannedPress>(pressing_, build.cell, build.biases));
   }
   /// Only springs that it does not bring along make a difference: how fast its law is.
-  [[nodiscard]] kinematics::JointVector place_now(const command::Cell& cell) const {
-    const command::MountedArm& mounted = cell.arms.find(pressing_.arm)->second;
+  [[nodiscard]] kinematics::JointVector place_now(const expression::Cell& cell) const {
+    const expression::MountedArm& mounted = cell.arms.find(pressing_.arm)->second;
     const kinematics::JointVector& q = mounted.set_point();
     return q.size() > 0 ? q : mounted.start;
   }
@@ -248,7 +251,7 @@ class PressingCommand final : public OperationCommand {
 
 }  // namespace
 
-PressOutcome press_outcome(const RunView& run, const std::string& key) {
+PressOutcome press_outcome(const activity::RunView& run, const std::string& key) {
   (void)run.failure();  // who asks for the outcome knows of it
   if (!key.empty()) return PressHistory(run, key).outcome();
   for (const char* type : {"/press", "/search", "/wipe"}) {
@@ -302,4 +305,4 @@ std::unique_ptr<OperationCommand> pressing_command(Pressing pressing) {
   return std::make_unique<PressingCommand>(std::move(pressing));
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -17,12 +17,12 @@
 
 /// What press, search and wipe come down to: along a direction until contact, then a force, with or without a path
 /// across it. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct Pressing {
   /// From where a path across the direction is planned.
   struct Start {
-    const command::Cell& cell;
+    const expression::Cell& cell;
     const Eigen::Vector3d& direction_B;  ///< of length 1, in the arm's base
     const Eigen::Isometry3d& X_BT;       ///< the tool, m
     const kinematics::JointVector& q;    ///< rad or m
@@ -42,9 +42,9 @@ struct Pressing {
   std::optional<double> drop = {};             ///< m
   std::optional<double> depth = {};            ///< m beyond the touch: more is not what was expected
   std::optional<double> lateral = {};          ///< N across the direction at most
-  std::optional<command::StateSource> until = {};
+  std::optional<expression::StateSource> until = {};
   std::optional<ComplianceParameters> compliance = {};
-  std::optional<command::StateSource> abort_if = {};
+  std::optional<expression::StateSource> abort_if = {};
   PathPlanner path = {};        ///< of what is followed across the direction; null: nothing
   std::string path_key = {};    ///< where below the operation the path is described
   bool path_end_fails = false;  ///< the path was to find something: its end is a failure
@@ -60,7 +60,7 @@ struct PlannedPressing {
 };
 /// What it comes to with the arm at q (rad or m). Without a compliance of its own the springs are those that the arm
 /// has now. @return diagnostics: an unknown frame, a path that the arm cannot follow, springs that take up the travel.
-[[nodiscard]] Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::Cell& cell,
+[[nodiscard]] Result<PlannedPressing> plan_pressing(const Pressing& pressing, const expression::Cell& cell,
                                                     const kinematics::JointVector& q);
 
 /// How an operation that presses has ended.
@@ -81,7 +81,7 @@ enum class PressOutcome : std::uint8_t {
 };
 /// Of a run of press, search or wipe; also of one that has failed. @param key  under which a command of a transaction
 /// keeps its values; empty: the run is the operation itself
-[[nodiscard]] PressOutcome press_outcome(const RunView& run, const std::string& key = {});
+[[nodiscard]] PressOutcome press_outcome(const activity::RunView& run, const std::string& key = {});
 [[nodiscard]] std::string_view name_of(PressOutcome outcome);
 
 // -- The forms of an operation that presses --------------------------------------------------------------------------
@@ -149,4 +149,4 @@ Pressing pressing_of(const P& p, std::string_view type) {
   return pressing;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "core/operations/force/pressing.h"
 #include "core/operations/table/contact_figures.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using device::ControlMode;
@@ -17,7 +17,7 @@ using kinematics::JointVector;
 constexpr double kMostVelocity = 5.0;
 constexpr double kMostAcceleration = 1.0;  ///< m/s^2
 
-Result<Eigen::Vector3d> direction_in_base(const Pressing& pressing, const command::Cell& cell,
+Result<Eigen::Vector3d> direction_in_base(const Pressing& pressing, const expression::Cell& cell,
                                           const Eigen::Isometry3d& X_BT) {
   if (pressing.in == "tcp") return Eigen::Vector3d((X_BT.linear() * pressing.direction).normalized());
   const auto X_BI = cell.frames.pose(pressing.in, pressing.arm);
@@ -33,7 +33,7 @@ device::Compliance springs_of(const Pressing& pressing, const device::Arm& arm) 
 }
 
 /// A force of the tool along a direction of the base as the axes of the springs have it: joints, or x, y, z.
-JointVector as_springs_feel(const device::Compliance& springs, const command::MountedArm& arm,
+JointVector as_springs_feel(const device::Compliance& springs, const expression::MountedArm& arm,
                             const Eigen::Vector3d& direction_B, const JointVector& q) {
   Eigen::Isometry3d X_BF;
   kinematics::Jacobian J;
@@ -63,7 +63,7 @@ ToolCompliance softness_along(const device::Compliance& springs, const JointVect
 }
 
 /// The largest of any direction across; nothing: the arm is stiff.
-std::optional<double> softness_across(const Pressing& pressing, const command::MountedArm& arm,
+std::optional<double> softness_across(const Pressing& pressing, const expression::MountedArm& arm,
                                       const Eigen::Vector3d& direction_B, const JointVector& q) {
   const device::Compliance springs = springs_of(pressing, *arm.device);
   if (springs.mode == ControlMode::kPosition) return std::nullopt;
@@ -76,13 +76,13 @@ std::optional<double> softness_across(const Pressing& pressing, const command::M
 
 /// How fast the approach may begin, m/s^2: the sensor feels half of what counts as contact when the heaviest load of
 /// the arm is accelerated like that. 0: the arm does not say what it may carry.
-double approach_acceleration(const command::MountedArm& arm, double contact_force) {
+double approach_acceleration(const expression::MountedArm& arm, double contact_force) {
   const double heaviest = arm.device->description().payload_max;
   return heaviest > 0.0 ? 0.5 * contact_force / heaviest : 0.0;
 }
 
 /// Springs that are bent by more than the tool may be sent never press with the force.
-Diagnostics check_bend(const Pressing& pressing, const command::MountedArm& arm, const Eigen::Vector3d& direction_B,
+Diagnostics check_bend(const Pressing& pressing, const expression::MountedArm& arm, const Eigen::Vector3d& direction_B,
                        const JointVector& q) {
   Diagnostics diagnostics;
   const device::Compliance springs = springs_of(pressing, *arm.device);
@@ -112,8 +112,8 @@ bool Pressing::needs_place() const {
          (own_springs && (compliance->mode == ControlMode::kJointImpedance || compliance->in_tool_axes));
 }
 
-Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::Cell& cell, const JointVector& q) {
-  const command::MountedArm& arm = cell.arms.find(pressing.arm)->second;
+Result<PlannedPressing> plan_pressing(const Pressing& pressing, const expression::Cell& cell, const JointVector& q) {
+  const expression::MountedArm& arm = cell.arms.find(pressing.arm)->second;
   const Eigen::Isometry3d X_BT = tool_pose(arm, q);
   const auto direction = direction_in_base(pressing, cell, X_BT);
   if (!direction) return std::unexpected(direction.error());
@@ -142,4 +142,4 @@ Result<PlannedPressing> plan_pressing(const Pressing& pressing, const command::C
   return PlannedPressing{*direction, std::move(control)};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

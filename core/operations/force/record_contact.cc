@@ -4,7 +4,7 @@
 
 #include "core/operations/table/immediate_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 class RecordContactStep final : public Step {
@@ -25,7 +25,7 @@ class RecordContactStep final : public Step {
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
-    return std::make_unique<ImmediateRun>([this](Context& context, Diagnostics& diagnostics) {
+    return std::make_unique<ImmediateRun>([this](activity::Context& context, Diagnostics& diagnostics) {
       const auto touch = context.variables.touches.find(arm_);
       if (touch == context.variables.touches.end()) {
         diagnostics.error(Code::kNoContact, {}, fmt::format("the last motion of '{}' ended without a contact", arm_),
@@ -61,4 +61,4 @@ Operation record_contact_operation() {
           .read_step = read_step<RecordContactStep, record_contact_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -5,7 +5,7 @@
 #include "core/operations/table/operation.h"
 
 /// "record_contact": keeps the last touch of an arm under a name. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct RecordContactParameters {
   std::string arm = {};                 ///< empty: the only one
@@ -15,4 +15,4 @@ struct RecordContactParameters {
 [[nodiscard]] const ParameterTable<RecordContactParameters>& record_contact_parameters();
 [[nodiscard]] Operation record_contact_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

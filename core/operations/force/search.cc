@@ -5,7 +5,7 @@
 #include "core/operations/command/command_step.h"
 #include "core/operations/motion/motion_plan.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// The pattern as a spline of the tool centre point across the direction, from where it is.
@@ -91,4 +91,4 @@ Operation search_operation() {
           .read_command = make_command<search_parameters, search_command>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 #include "core/operations/force/search_pattern.h"
 
 /// "search": presses and follows a spiral or a zigzag until something is found. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct SearchParameters {
   std::string arm = {}, sensor = {};  ///< empty: the only one
@@ -18,15 +18,15 @@ struct SearchParameters {
   SearchPattern pattern = SearchPattern::kSpiral;
   double radius = 0.01, pitch = 0.001, velocity = 0.01;  ///< m, m, m/s
   std::optional<double> drop = {};                       ///< m; found: so much deeper than at contact
-  std::optional<command::StateSource> until = {};        ///< found: it holds
+  std::optional<expression::StateSource> until = {};     ///< found: it holds
   bool must_find = true;                                 ///< a pattern that ends without anything found is a failure
   std::optional<ComplianceParameters> compliance = {};
-  double tolerance = 0.1;                             ///< share of the force: so far off counts as at force
-  std::optional<double> depth = {};                   ///< m beyond the touch at most
-  std::optional<double> lateral = {};                 ///< N across the direction at most
-  std::optional<command::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
-  ToolChoice tool = {};                               ///< of the arm; default: the one that the cell declares
-  std::string name = {}, pointer = {};                ///< for people; in its file
+  double tolerance = 0.1;                                ///< share of the force: so far off counts as at force
+  std::optional<double> depth = {};                      ///< m beyond the touch at most
+  std::optional<double> lateral = {};                    ///< N across the direction at most
+  std::optional<expression::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
+  ToolChoice tool = {};                                  ///< of the arm; default: the one that the cell declares
+  std::string name = {}, pointer = {};                   ///< for people; in its file
 };
 
 [[nodiscard]] const ParameterTable<SearchParameters>& search_parameters();
@@ -36,4 +36,4 @@ struct SearchParameters {
 }
 [[nodiscard]] Operation search_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

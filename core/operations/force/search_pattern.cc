@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// Points a turn: a spline through them leaves a circle by less than a thousandth of its radius.
@@ -50,4 +50,4 @@ std::vector<Eigen::Vector2d> search_points(SearchPattern pattern, double radius,
   return pattern == SearchPattern::kSpiral ? spiral(radius, pitch) : zigzag(radius, pitch);
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

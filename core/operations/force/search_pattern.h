@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// Points of a search in a plane, m from where it begins; the first is not the beginning itself.
 enum class SearchPattern { kSpiral, kZigzag };
@@ -17,4 +17,4 @@ inline constexpr std::size_t kMostSearchPoints = 199;
 /// How many there are.
 [[nodiscard]] std::size_t search_size(SearchPattern pattern, double radius, double pitch);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

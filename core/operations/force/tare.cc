@@ -10,7 +10,7 @@
 #include "core/operations/table/rehearsed_net.h"
 #include "core/operations/table/scheduled_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 class TareRun final : public ScheduledRun {
@@ -18,14 +18,14 @@ class TareRun final : public ScheduledRun {
   TareRun(std::string sensor, std::int64_t cycles) : sensor_(std::move(sensor)), cycles_(cycles) {}
 
  private:
-  [[nodiscard]] ActivityPtr activity(Context&) override {
-    return command_activity("tare " + sensor_, {},
-                            [sensor = sensor_, cycles = cycles_](const PlanningContext& planning) {
-                              return command::tare_command(sensor, cycles, planning.cell);
-                            });
+  [[nodiscard]] activity::ActivityPtr activity(activity::Context&) override {
+    return activity::command_activity("tare " + sensor_, {},
+                                      [sensor = sensor_, cycles = cycles_](const activity::PlanningContext& planning) {
+                                        return command::tare_command(sensor, cycles, planning.cell);
+                                      });
   }
 
-  Progress finish(Context& context, Diagnostics& diagnostics) override {
+  Progress finish(activity::Context& context, Diagnostics& diagnostics) override {
     if (cancelled()) return Progress::kDone;
     const auto bias = run()->value<net::Wrench>(command::observed::kBias);
     if (!bias) {
@@ -75,4 +75,4 @@ Operation tare_operation() {
           .read_step = read_step<TareStep, tare_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,7 +6,7 @@
 #include "core/operations/table/operation.h"
 
 /// "tare": averages a force/torque sensor at rest and keeps the offset for all later conditions. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct TareParameters {
   std::string sensor = {};              ///< empty: the only one
@@ -16,4 +16,4 @@ struct TareParameters {
 [[nodiscard]] const ParameterTable<TareParameters>& tare_parameters();
 [[nodiscard]] Operation tare_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

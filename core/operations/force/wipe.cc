@@ -9,7 +9,7 @@
 #include "core/operations/command/command_step.h"
 #include "core/operations/motion/motion_plan.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 constexpr int kMostLanes = 100;
@@ -54,7 +54,7 @@ Result<motion::SequencePlan> plan_lanes(const WipeParameters& wipe, const Pressi
     line.goal = {pose};
     if (!lines.empty()) {
       const double corner = 0.4 * std::min((p_B - before).norm(), wipe.length);
-      if (corner > motion::kLeastBlend_m) lines.back().blend = BlendingCondition::at_distance(corner);
+      if (corner > motion::kLeastBlend_m) lines.back().blend = activity::BlendingCondition::at_distance(corner);
     }
     lines.push_back(std::move(line));
   }
@@ -109,4 +109,4 @@ Operation wipe_operation() {
           .read_command = make_command<wipe_parameters, wipe_command>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "core/operations/force/pressing.h"
 
 /// "wipe": follows a surface in lanes with a constant force, as in wiping, polishing or sanding. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// The lanes lie in a rectangle around `centre`, along x of the frame; the force is against its z. The tool keeps its
 /// orientation and begins where it is: above the rectangle, so a motion there comes before.
@@ -19,14 +19,14 @@ struct WipeParameters {
   double pitch = 0.02;                                   ///< between neighbouring lanes at most, m
   double force = 10.0, approach = 0.002, travel = 0.05;  ///< N; m/s until contact; m along the force, from the start
   double velocity = 0.05;                                ///< along the lanes, m/s
-  std::optional<command::StateSource> until = {};        ///< ends it before its lanes do
+  std::optional<expression::StateSource> until = {};     ///< ends it before its lanes do
   std::optional<ComplianceParameters> compliance = {};
-  double tolerance = 0.1;                             ///< share of the force: so far off counts as at force
-  std::optional<double> depth = {};                   ///< m beyond the touch at most
-  std::optional<double> lateral = {};                 ///< N across the direction at most
-  std::optional<command::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
-  ToolChoice tool = {};                               ///< of the arm; default: the one that the cell declares
-  std::string name = {}, pointer = {};                ///< for people; in its file
+  double tolerance = 0.1;                                ///< share of the force: so far off counts as at force
+  std::optional<double> depth = {};                      ///< m beyond the touch at most
+  std::optional<double> lateral = {};                    ///< N across the direction at most
+  std::optional<expression::StateSource> abort_if = {};  ///< must not hold: it comes to rest and fails
+  ToolChoice tool = {};                                  ///< of the arm; default: the one that the cell declares
+  std::string name = {}, pointer = {};                   ///< for people; in its file
 };
 
 [[nodiscard]] const ParameterTable<WipeParameters>& wipe_parameters();
@@ -36,4 +36,4 @@ struct WipeParameters {
 }
 [[nodiscard]] Operation wipe_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

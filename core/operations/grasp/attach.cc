@@ -10,10 +10,10 @@
 #include "core/operations/grasp/set_frame.h"
 #include "core/operations/table/immediate_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-std::vector<std::string> tool_names(const command::Cell& cell) {
+std::vector<std::string> tool_names(const expression::Cell& cell) {
   std::vector<std::string> names;
   for (const auto& [name, tool] : cell.tools) names.push_back(name);
   return names;
@@ -39,10 +39,10 @@ ParameterTable<P> table_with_tool() {
 }
 
 /// Size 0: the tool is coupled to no arm.
-kinematics::JointVector joints_at(const command::Cell& cell, const std::string& tool) {
+kinematics::JointVector joints_at(const expression::Cell& cell, const std::string& tool) {
   const auto found = cell.arms.find(cell.tools.find(tool)->second.arm);
   if (found == cell.arms.end()) return {};
-  const command::MountedArm& arm = found->second;
+  const expression::MountedArm& arm = found->second;
   return arm.device->has_sample() ? arm.device->sample().q : arm.set_point();
 }
 
@@ -68,14 +68,14 @@ Diagnostics refused(Code code, std::string pointer, std::string message, std::st
 }
 
 /// What lies in a dock holds nothing.
-Diagnostics check_coupled_tool(const command::Cell& cell, const std::string& tool) {
+Diagnostics check_coupled_tool(const expression::Cell& cell, const std::string& tool) {
   if (cell.arms.contains(cell.tools.find(tool)->second.arm)) return {};
   return refused(Code::kNotPossibleNow, "/tool", fmt::format("'{}' is coupled to no arm", tool),
                  "Put \"couple\" before it");
 }
 
 /// @param q  of the arm that carries the tool   @return the object
-Result<std::string> attach_at(command::Cell& cell, const AttachParameters& parameters,
+Result<std::string> attach_at(expression::Cell& cell, const AttachParameters& parameters,
                               const kinematics::JointVector& q) {
   const std::string& tool = parameters.tool;
   if (const Diagnostics away = check_coupled_tool(cell, tool); away.has_errors()) return std::unexpected(away);
@@ -91,7 +91,7 @@ Result<std::string> attach_at(command::Cell& cell, const AttachParameters& param
                                  "Name it with \"part\", or close the fingers within 10 mm of it"));
 }
 
-Result<std::string> detach_at(command::Cell& cell, const DetachParameters& parameters,
+Result<std::string> detach_at(expression::Cell& cell, const DetachParameters& parameters,
                               const kinematics::JointVector& q) {
   if (const Diagnostics away = check_coupled_tool(cell, parameters.tool); away.has_errors())
     return std::unexpected(away);
@@ -115,11 +115,11 @@ class HoldingStep final : public Step {
     if constexpr (std::is_same_v<P, AttachParameters>) {
       if (!parameters_.part) rehearsal.one_of_many.insert(*object);
     }
-    command::expect_tool_settings(rehearsal.cell);
+    expression::expect_tool_settings(rehearsal.cell);
   }
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
-    return std::make_unique<ImmediateRun>([this](Context& context, Diagnostics& diagnostics) {
+    return std::make_unique<ImmediateRun>([this](activity::Context& context, Diagnostics& diagnostics) {
       const auto object = kChange(context.cell, parameters_);
       if (!object) diagnostics.append(object.error());
       if (object)
@@ -137,15 +137,15 @@ using DetachStep = HoldingStep<DetachParameters, detach, detach_at>;
 
 }  // namespace
 
-Result<std::string> attach(command::Cell& cell, const AttachParameters& parameters) {
+Result<std::string> attach(expression::Cell& cell, const AttachParameters& parameters) {
   auto object = attach_at(cell, parameters, joints_at(cell, parameters.tool));
-  command::tell_tool_settings(cell);
+  expression::tell_tool_settings(cell);
   return object;
 }
 
-Result<std::string> detach(command::Cell& cell, const DetachParameters& parameters) {
+Result<std::string> detach(expression::Cell& cell, const DetachParameters& parameters) {
   auto object = detach_at(cell, parameters, joints_at(cell, parameters.tool));
-  command::tell_tool_settings(cell);
+  expression::tell_tool_settings(cell);
   return object;
 }
 
@@ -195,4 +195,4 @@ Operation detach_operation() {
           .read_step = read_step<DetachStep, detach_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 
 /// "attach": from now on an object rides on a tool that holds it without fingers: a magnet, a suction cup, a hook.
 /// "detach": it does so no more (docs/world.md). Both change the belief alone; nothing moves. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct AttachParameters {
   std::string tool = {};                  ///< device with a tool centre point; empty: the only one
@@ -27,11 +27,11 @@ struct DetachParameters {
 
 /// The same for programs in C++, the arm as it is measured now. The tool exists.
 /// @return the name of the object, or diagnostics below the step: there is none, it is fixed, the tool holds one
-Result<std::string> attach(command::Cell& cell, const AttachParameters& parameters);
+Result<std::string> attach(expression::Cell& cell, const AttachParameters& parameters);
 /// @return the name of the object, or diagnostics below the step: nothing is held, there is no such frame
-Result<std::string> detach(command::Cell& cell, const DetachParameters& parameters);
+Result<std::string> detach(expression::Cell& cell, const DetachParameters& parameters);
 
 [[nodiscard]] Operation attach_operation();
 [[nodiscard]] Operation detach_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "core/collision/scene.h"
 #include "core/expression/believed_shapes.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using collision::CellShapes;
@@ -60,7 +60,7 @@ class Finger {
 
 }  // namespace
 
-Eigen::Isometry3d pushed_by_fingers(const command::Cell& cell, const std::string& gripper, const std::string& object,
+Eigen::Isometry3d pushed_by_fingers(const expression::Cell& cell, const std::string& gripper, const std::string& object,
                                     const Eigen::Isometry3d& X_FO) {
   const auto mounted = cell.grippers.find(gripper);
   if (cell.shapes == nullptr || mounted == cell.grippers.end()) return X_FO;
@@ -70,7 +70,7 @@ Eigen::Isometry3d pushed_by_fingers(const command::Cell& cell, const std::string
   const int part = shapes.scene.root_of(object);
   if (fingers == shapes.grippers.end() || fingers->second.size() != 2 || arm == shapes.arms.end() || part < 0)
     return X_FO;
-  collision::State state = command::believed_situation(cell, {}, {}).state;
+  collision::State state = expression::believed_situation(cell, {}, {}).state;
   const int flange = arm->second.flange;
   state.fixings[static_cast<std::size_t>(part)] = {flange, X_FO};
   const double open = 0.5 * mounted->second.device->description().stroke;
@@ -83,4 +83,4 @@ Eigen::Isometry3d pushed_by_fingers(const command::Cell& cell, const std::string
   return Eigen::Translation3d(0.5 * (*first - *second) * way_F) * X_FO;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -13,13 +13,13 @@
 #include "core/operations/command/operation_command.h"
 #include "core/operations/grasp/held_part.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-using command::BooleanSensor;
-using command::Cell;
-using command::MountedChanger;
 using Eigen::Isometry3d;
+using expression::BooleanSensor;
+using expression::Cell;
+using expression::MountedChanger;
 namespace terminal = device::changer_terminal;
 
 constexpr Range kLockTime{.low = 0.0, .high = 60.0, .low_open = true};
@@ -46,13 +46,13 @@ Result<Isometry3d> coupling_face(const Cell& cell, const MountedChanger& changer
 /// The tool side that a rehearsal couples: the one that is named, or the one that is there.
 Result<std::string> side_to_couple(const Cell& cell, const CoupleParameters& parameters, const Isometry3d& X_WC) {
   const MountedChanger& changer = changer_in(cell, parameters.changer);
-  const auto there = command::side_at(cell, changer, X_WC);
+  const auto there = expression::side_at(cell, changer, X_WC);
   if (!parameters.tool) {
     if (there) return *there;
     return failure(Code::kConditionNotMet, "", fmt::format("no tool side is at '{}'", parameters.changer),
                    "Move to a tool side before, with this changer as \"tool\"");
   }
-  const std::string wanted = command::side_named(cell, *parameters.tool).value_or("");
+  const std::string wanted = expression::side_named(cell, *parameters.tool).value_or("");
   if (there == wanted) return wanted;
   const auto X_WS = cell.frames.pose(wanted);
   if (!X_WS) {
@@ -80,7 +80,7 @@ std::string held_by_tools(const Cell& cell, const std::string& side) {
 /// What was to be coupled and what the changer says.
 Diagnostics check_coupled(const Cell& cell, const CoupleParameters& parameters, const std::string& side) {
   Diagnostics diagnostics;
-  const auto wanted = parameters.tool ? command::side_named(cell, *parameters.tool) : std::nullopt;
+  const auto wanted = parameters.tool ? expression::side_named(cell, *parameters.tool) : std::nullopt;
   if (wanted && *wanted != side)
     diagnostics.error(Code::kConditionNotMet, "/tool", fmt::format("'{}' is coupled, not '{}'", side, *wanted),
                       "Put the tool sides in their places");
@@ -91,9 +91,9 @@ Diagnostics check_coupled(const Cell& cell, const CoupleParameters& parameters, 
 Diagnostics check_carried(const Cell& cell, const std::string& changer) {
   Diagnostics diagnostics;
   const std::string& name = changer_in(cell, changer).arm;
-  const command::MountedArm& arm = cell.arms.find(name)->second;
+  const expression::MountedArm& arm = cell.arms.find(name)->second;
   const double most = arm.device->description().payload_max;
-  const double carried = command::tool_setting(cell, name).payload.mass;
+  const double carried = expression::tool_setting(cell, name).payload.mass;
   if (most > 0.0 && carried > most)
     diagnostics.error(
         Code::kLimitExceeded, "", fmt::format("'{}' carries {:.2f} kg then", name, carried),
@@ -107,7 +107,7 @@ std::string side_of_number(const Cell& cell, const MountedChanger& changer, doub
   return {};
 }
 
-void note_coupled(const CoupleParameters& parameters, const LockOutcome& outcome, Context& context,
+void note_coupled(const CoupleParameters& parameters, const LockOutcome& outcome, activity::Context& context,
                   Diagnostics& diagnostics) {
   const MountedChanger& changer = changer_in(context.cell, parameters.changer);
   const std::string side = outcome.number ? side_of_number(context.cell, changer, *outcome.number) : std::string();
@@ -119,8 +119,8 @@ void note_coupled(const CoupleParameters& parameters, const LockOutcome& outcome
     return diagnostics.error(Code::kConditionNotMet, "",
                              fmt::format("'{}' has locked without a tool side", parameters.changer),
                              "Put \"uncouple\" and a motion nearer to the tool side before it, or \"try\" around it");
-  diagnostics.append(command::couple(context.cell, parameters.changer, side));
-  command::tell_tool_settings(context.cell);
+  diagnostics.append(expression::couple(context.cell, parameters.changer, side));
+  expression::tell_tool_settings(context.cell);
   context.event(parameters.changer, "coupled", side);
   diagnostics.append(check_coupled(context.cell, parameters, side));
   diagnostics.append(check_carried(context.cell, parameters.changer));
@@ -131,16 +131,16 @@ Diagnostics leave_tool(Cell& cell, const UncoupleParameters& parameters, const k
   if (!X_WC) return X_WC.error();
   const std::string onto = standing_frame(cell, parameters.onto.value_or(std::string(world::FrameGraph::kWorld)));
   Diagnostics placed;
-  placed.append(command::uncouple(cell, parameters.changer, *X_WC, onto), parameters.onto ? "/onto" : "");
+  placed.append(expression::uncouple(cell, parameters.changer, *X_WC, onto), parameters.onto ? "/onto" : "");
   return placed;
 }
 
-void note_uncoupled(const UncoupleParameters& parameters, const LockOutcome& outcome, Context& context,
+void note_uncoupled(const UncoupleParameters& parameters, const LockOutcome& outcome, activity::Context& context,
                     Diagnostics& diagnostics) {
-  const std::string side = command::coupled_side(context.cell, parameters.changer);
+  const std::string side = expression::coupled_side(context.cell, parameters.changer);
   if (side.empty()) return;  // it was lost meanwhile
   diagnostics.append(leave_tool(context.cell, parameters, outcome.q));
-  command::tell_tool_settings(context.cell);
+  expression::tell_tool_settings(context.cell);
   context.event(parameters.changer, "uncoupled", side);
 }
 
@@ -156,14 +156,14 @@ class LockCommand : public OperationCommand {
 
   [[nodiscard]] MadeCommand make(const BuildContext& build, const std::string& key) const override {
     const command::Actuator lock = command::output(build.cell, terminal_of(changer_, terminal::kLock));
-    const command::State at_end =
-        command::digital_input(build.cell, terminal_of(changer_, locks_ ? terminal::kLocked : terminal::kUnlocked));
+    const expression::State at_end =
+        expression::digital_input(build.cell, terminal_of(changer_, locks_ ? terminal::kLocked : terminal::kUnlocked));
     command::RuntimeCommand move(name + " valve", lock, command::set_value(locks_));
     command::WaitCommand wait(name + " lock", at_end, timeout_);
     command::TransactionCommand both(name);
     both.add_started(move).add(wait).on_entered(move.completed(), start(wait));
-    const auto coupled = command::digital_input(build.cell, terminal_of(changer_, terminal::kCoupled));
-    const auto number = command::analog_input(build.cell, terminal_of(changer_, terminal::kToolNumber));
+    const auto coupled = expression::digital_input(build.cell, terminal_of(changer_, terminal::kCoupled));
+    const auto number = expression::analog_input(build.cell, terminal_of(changer_, terminal::kToolNumber));
     // That the lock is not there in time makes its wait fail, and `both` with it.
     if (const auto wrong = wrong_side(build.cell, coupled, number)) both.fails_if(*wrong && !both.cancelled());
     if (is_alone(build)) {
@@ -172,12 +172,12 @@ class LockCommand : public OperationCommand {
       both.observe(key + " coupled", BooleanSensor(coupled.node()));
       both.observe(key + " number", number);
     } else {
-      const command::State over = wait.completed() || wait.timed_out();
+      const expression::State over = wait.completed() || wait.timed_out();
       both.observe(key + " over", BooleanSensor(over.node()));
       both.capture(key + " at end", BooleanSensor(at_end.node()), over);
       both.capture(key + " coupled", BooleanSensor(coupled.node()), over);
       both.capture(key + " number", number, over);
-      both.capture(key + " q", command::commanded_joints(build.cell, arm(build.cell)), over);
+      both.capture(key + " q", expression::commanded_joints(build.cell, arm(build.cell)), over);
     }
     return {.command = both, .actuator = lock};
   }
@@ -187,10 +187,10 @@ class LockCommand : public OperationCommand {
     Diagnostics own;
     rehearse_belief(rehearsal, own);
     diagnostics.append(own, pointer);
-    command::expect_tool_settings(rehearsal.cell);
+    expression::expect_tool_settings(rehearsal.cell);
   }
 
-  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const activity::RunView& ended, const std::string& key, bool cancelled, activity::Context& context,
               Diagnostics& diagnostics) const override {
     if (!is_alone(ended) && !ended.was_true(key + " over")) return;
     LockOutcome outcome{.at_end = ended.value<net::Boolean>(key + " at end"),
@@ -208,10 +208,10 @@ class LockCommand : public OperationCommand {
 
  protected:
   virtual void rehearse_belief(Rehearsal& rehearsal, Diagnostics& diagnostics) const = 0;
-  virtual void note(const LockOutcome& outcome, Context& context, Diagnostics& diagnostics) const = 0;
+  virtual void note(const LockOutcome& outcome, activity::Context& context, Diagnostics& diagnostics) const = 0;
   /// Another tool side is coupled than was wanted, or none; nothing: it does not matter.
-  [[nodiscard]] virtual std::optional<command::State> wrong_side(const Cell&, const command::State& coupled,
-                                                                 const command::RealSensor& number) const {
+  [[nodiscard]] virtual std::optional<expression::State> wrong_side(const Cell&, const expression::State& coupled,
+                                                                    const expression::RealSensor& number) const {
     (void)coupled;
     (void)number;
     return std::nullopt;
@@ -219,7 +219,7 @@ class LockCommand : public OperationCommand {
   [[nodiscard]] const std::string& arm(const Cell& cell) const { return changer_in(cell, changer_).arm; }
 
  private:
-  void report(const LockOutcome& outcome, Context& context, Diagnostics& diagnostics) const {
+  void report(const LockOutcome& outcome, activity::Context& context, Diagnostics& diagnostics) const {
     if (outcome.at_end.value_or(false)) return note(outcome, context, diagnostics);
     if (!outcome.at_end)
       return diagnostics.error(Code::kSensorSilent, "", fmt::format("'{}' did not answer", changer_),
@@ -245,7 +245,7 @@ class CoupleCommand final : public LockCommand {
       : LockCommand(parameters.changer, true, parameters.timeout), parameters_(std::move(parameters)) {}
 
   void check(const Cell& cell, Diagnostics& diagnostics) const override {
-    const std::string side = command::coupled_side(cell, parameters_.changer);
+    const std::string side = expression::coupled_side(cell, parameters_.changer);
     if (side.empty()) return;
     diagnostics.error(Code::kConflict, pointer, fmt::format("'{}' has coupled '{}'", parameters_.changer, side),
                       "Put \"uncouple\" before it");
@@ -258,18 +258,18 @@ class CoupleCommand final : public LockCommand {
     if (!X_WC) return diagnostics.append(X_WC.error());
     const auto side = side_to_couple(rehearsal.cell, parameters_, *X_WC);
     if (!side) return diagnostics.append(side.error());
-    diagnostics.append(command::couple(rehearsal.cell, parameters_.changer, *side));
+    diagnostics.append(expression::couple(rehearsal.cell, parameters_.changer, *side));
     diagnostics.append(check_carried(rehearsal.cell, parameters_.changer));
   }
-  [[nodiscard]] std::optional<command::State> wrong_side(const Cell& cell, const command::State& coupled,
-                                                         const command::RealSensor& number) const override {
-    const auto wanted = parameters_.tool ? command::side_named(cell, *parameters_.tool) : std::nullopt;
+  [[nodiscard]] std::optional<expression::State> wrong_side(const Cell& cell, const expression::State& coupled,
+                                                            const expression::RealSensor& number) const override {
+    const auto wanted = parameters_.tool ? expression::side_named(cell, *parameters_.tool) : std::nullopt;
     const auto side = wanted ? cell.tool_sides.find(*wanted) : cell.tool_sides.end();
     if (side == cell.tool_sides.end()) return !coupled;
     constexpr double kRounding = 0.5;
     return !coupled || !equals(number, static_cast<double>(side->second.number), kRounding);
   }
-  void note(const LockOutcome& outcome, Context& context, Diagnostics& diagnostics) const override {
+  void note(const LockOutcome& outcome, activity::Context& context, Diagnostics& diagnostics) const override {
     note_coupled(parameters_, outcome, context, diagnostics);
   }
 
@@ -283,7 +283,7 @@ class UncoupleCommand final : public LockCommand {
 
   /// An empty changer may be unlocked: that is how it becomes ready again.
   void check(const Cell& cell, Diagnostics& diagnostics) const override {
-    const std::string holder = held_by_tools(cell, command::coupled_side(cell, parameters_.changer));
+    const std::string holder = held_by_tools(cell, expression::coupled_side(cell, parameters_.changer));
     if (holder.empty()) return;
     diagnostics.error(Code::kConflict, pointer,
                       fmt::format("'{}' holds '{}'", holder, cell.held.find(holder)->second.object),
@@ -292,10 +292,10 @@ class UncoupleCommand final : public LockCommand {
 
  private:
   void rehearse_belief(Rehearsal& rehearsal, Diagnostics& diagnostics) const override {
-    if (command::coupled_side(rehearsal.cell, parameters_.changer).empty()) return;
+    if (expression::coupled_side(rehearsal.cell, parameters_.changer).empty()) return;
     diagnostics.append(leave_tool(rehearsal.cell, parameters_, rehearsal.q[arm(rehearsal.cell)]));
   }
-  void note(const LockOutcome& outcome, Context& context, Diagnostics& diagnostics) const override {
+  void note(const LockOutcome& outcome, activity::Context& context, Diagnostics& diagnostics) const override {
     note_uncoupled(parameters_, outcome, context, diagnostics);
   }
 
@@ -303,7 +303,7 @@ class UncoupleCommand final : public LockCommand {
 };
 
 void check_tool_side(CoupleParameters& parameters, const ReadContext& from) {
-  if (!parameters.tool || command::side_named(from.cell, *parameters.tool)) return;
+  if (!parameters.tool || expression::side_named(from.cell, *parameters.tool)) return;
   std::vector<std::string> names;
   for (const auto& [name, side] : from.cell.tool_sides) names.push_back(name);
   for (const auto& [name, tool] : from.cell.tools)
@@ -363,4 +363,4 @@ Operation uncouple_operation() {
           .read_command = make_command<uncouple_parameters, uncouple_command>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

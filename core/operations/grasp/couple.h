@@ -8,7 +8,7 @@
 
 /// "couple": locks a tool changer; what it has coupled is a tool of its arm from then on. "uncouple": unlocks it; the
 /// tool stays where it is (docs/devices/tool-changer.md). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct CoupleParameters {
   std::string changer = {};              ///< empty: the only one
@@ -36,4 +36,4 @@ struct UncoupleParameters {
 [[nodiscard]] Operation couple_operation();
 [[nodiscard]] Operation uncouple_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -9,7 +9,7 @@
 #include "core/operations/grasp/set_frame.h"
 #include "core/operations/table/immediate_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// The fit of an object may replace what the file says of this object, and of nothing else.
@@ -72,13 +72,13 @@ class FitPoseStep final : public Step {
 
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
     return std::make_unique<ImmediateRun>(
-        [this](Context& context, Diagnostics& diagnostics) { return fit(context, diagnostics); });
+        [this](activity::Context& context, Diagnostics& diagnostics) { return fit(context, diagnostics); });
   }
 
  private:
   /// The object is believed to be there from now on. The estimate stands where the object does, and stays when that is
   /// taken away.
-  [[nodiscard]] Diagnostics note_pose(command::Cell& cell, const Eigen::Isometry3d& X_WO) const {
+  [[nodiscard]] Diagnostics note_pose(expression::Cell& cell, const Eigen::Isometry3d& X_WO) const {
     Diagnostics diagnostics;
     diagnostics.append(cell.found(parameters_.object, X_WO), "/object");
     if (parameters_.as == parameters_.object || diagnostics.has_errors()) return diagnostics;
@@ -91,7 +91,7 @@ class FitPoseStep final : public Step {
     return diagnostics;
   }
   /// The fit is done in the axes of the object's nominal frame, so that "x" in the file is the object's own x.
-  bool fit(Context& context, Diagnostics& diagnostics) const {
+  bool fit(activity::Context& context, Diagnostics& diagnostics) const {
     const auto nominal = context.cell.frames.pose(parameters_.object);
     if (!nominal) {
       diagnostics.append(nominal.error(), "/object");
@@ -159,4 +159,4 @@ Operation fit_pose_operation() {
           .read_step = read_step<FitPoseStep, fit_pose_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 
 /// "fit_pose": finds the pose of an object whose surface explains recorded contacts. The object is believed to be there
 /// from then on, and a frame keeps the pose. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct FitPoseParameters {
   std::string object = {}, as = {};          ///< as: name of the frame that gets the pose
@@ -20,4 +20,4 @@ struct FitPoseParameters {
 [[nodiscard]] const ParameterTable<FitPoseParameters>& fit_pose_parameters();
 [[nodiscard]] Operation fit_pose_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -9,10 +9,10 @@
 #include "core/operations/command/operation_command.h"
 #include "core/operations/grasp/held_part.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-using command::BooleanSensor;
+using expression::BooleanSensor;
 
 constexpr Range kFingerTime{.low = 0.0, .high = 3600.0, .low_open = true};
 
@@ -55,7 +55,7 @@ void note_report(world::Hold& hold, const device::Gripper& gripper, double width
 
 /// More than a part weighs cannot be told by its grippers together, but by each of them where the part is handed over;
 /// less can, where another arm carries the rest.
-Diagnostics check_told_mass(const command::Cell& cell, const world::Hold& hold) {
+Diagnostics check_told_mass(const expression::Cell& cell, const world::Hold& hold) {
   Diagnostics diagnostics;
   const auto mismatch = payload_mismatch(cell, hold.object);
   if (mismatch && mismatch->told > mismatch->known)
@@ -66,7 +66,7 @@ Diagnostics check_told_mass(const command::Cell& cell, const world::Hold& hold) 
 }
 
 /// Whatever it held before, it has let go; it holds what is between the fingers now.
-void update_belief(const FingerMotion& parameters, const GripOutcome& outcome, Context& context,
+void update_belief(const FingerMotion& parameters, const GripOutcome& outcome, activity::Context& context,
                    Diagnostics& diagnostics) {
   const Gripping gripping = gripping_of(parameters, outcome.q);
   const auto left = leave_part(context.cell, gripping);
@@ -78,7 +78,7 @@ void update_belief(const FingerMotion& parameters, const GripOutcome& outcome, C
                 *context.cell.grippers.find(parameters.gripper)->second.device, *outcome.width);
     if (parameters.part) diagnostics.append(check_told_mass(context.cell, *hold));
   }
-  command::tell_tool_settings(context.cell);
+  expression::tell_tool_settings(context.cell);
 }
 
 command::FingerParameters fingers_of(const FingerMotion& parameters) {
@@ -101,7 +101,8 @@ void report_timeout(const FingerMotion& parameters, double width, const device::
 }
 
 /// What has come of it: whether that is what was expected, and what the arm carries now.
-void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Context& context, Diagnostics& diagnostics) {
+void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, activity::Context& context,
+               Diagnostics& diagnostics) {
   const auto& [holding, timed_out, width, q] = outcome;
   if (!holding || !width) {
     return diagnostics.error(Code::kSensorSilent, {}, fmt::format("'{}' did not answer", parameters.gripper),
@@ -129,7 +130,7 @@ void note_grip(const FingerMotion& parameters, const GripOutcome& outcome, Conte
 /// @param pointer  of the operation in its file
 void rehearse_grip(const FingerMotion& parameters, const std::string& pointer, Rehearsal& rehearsal,
                    Diagnostics& diagnostics) {
-  const command::MountedGripper& mounted = rehearsal.cell.grippers.find(parameters.gripper)->second;
+  const expression::MountedGripper& mounted = rehearsal.cell.grippers.find(parameters.gripper)->second;
   const device::GripperDescription& gripper = mounted.device->description();
   rehearsal.duration += gripper.stroke / parameters.speed.value_or(0.25 * gripper.speed_max);
   const Gripping gripping = gripping_of(parameters, rehearsal.q[mounted.arm]);
@@ -151,7 +152,7 @@ void rehearse_grip(const FingerMotion& parameters, const std::string& pointer, R
       rehearsal.told_masses[parameters.gripper] = pointer + "/part_mass_kg";
   }
   if (before) check_fingers(rehearsal, parameters.gripper, *before, !parameters.opens, pointer, diagnostics);
-  command::expect_tool_settings(rehearsal.cell);
+  expression::expect_tool_settings(rehearsal.cell);
 }
 
 // -- As a command -----------------------------------------------------------------------------------------------------
@@ -166,7 +167,7 @@ class GripperCommand final : public OperationCommand {
                                    parameters_.opens ? command::release(fingers) : command::grip(fingers));
     made.places = {{"/width", "/width_m"}, {"/speed", "/speed_m_s"}, {"/force", "/force_N"}};
     command::Command& gripped = made.command;
-    const command::State holding = command::gripper_state(build.cell, parameters_.gripper, "holding");
+    const expression::State holding = expression::gripper_state(build.cell, parameters_.gripper, "holding");
     gripped.fails_if((made.action->state("overdue") || is_unexpected(holding)) && !gripped.cancelled());
     if (is_alone(build)) {
       // Nothing comes after it: what it shows when it has ended is what counts.
@@ -176,17 +177,17 @@ class GripperCommand final : public OperationCommand {
       return made;
     }
     // Later commands may move on before anybody looks.
-    const command::State stands = (gripped.completed() || gripped.failed()) && !gripped.cancelled();
+    const expression::State stands = (gripped.completed() || gripped.failed()) && !gripped.cancelled();
     gripped.observe(key + " stands", BooleanSensor(stands.node()));
     gripped.capture(key + " overdue", BooleanSensor(made.action->state("overdue").node()), stands);
     gripped.capture(key + " holding", holding, stands);
-    gripped.capture(key + " width", command::gripper_width(build.cell, parameters_.gripper), stands);
-    gripped.capture(key + " q", command::commanded_joints(build.cell, arm(build.cell)), stands);
+    gripped.capture(key + " width", expression::gripper_width(build.cell, parameters_.gripper), stands);
+    gripped.capture(key + " q", expression::commanded_joints(build.cell, arm(build.cell)), stands);
     return made;
   }
 
   [[nodiscard]] bool is_called_by_type() const override { return true; }
-  void check(const command::Cell& cell, Diagnostics& diagnostics) const override {
+  void check(const expression::Cell& cell, Diagnostics& diagnostics) const override {
     if (is_there(cell)) return;
     diagnostics.error(Code::kNotPossibleNow, pointer + "/gripper",
                       fmt::format("'{}' is coupled to no arm", parameters_.gripper), "Put \"couple\" before it");
@@ -196,7 +197,7 @@ class GripperCommand final : public OperationCommand {
     rehearse_grip(parameters_, pointer, rehearsal, diagnostics);
   }
 
-  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const activity::RunView& ended, const std::string& key, bool cancelled, activity::Context& context,
               Diagnostics& diagnostics) const override {
     if (is_alone(ended) ? cancelled : !ended.was_true(key + " stands")) return;
     if (!is_there(context.cell)) return check(context.cell, diagnostics);  // its changer has lost it meanwhile
@@ -213,17 +214,17 @@ class GripperCommand final : public OperationCommand {
 
  private:
   /// Null where the gripper does not answer.
-  [[nodiscard]] command::State is_unexpected(const command::State& holding) const {
+  [[nodiscard]] expression::State is_unexpected(const expression::State& holding) const {
     if (parameters_.expect == GripParameters::Expect::kPart) return !holding;
     if (parameters_.expect == GripParameters::Expect::kNothing) return holding;
     return holding && !holding;
   }
-  [[nodiscard]] const std::string& arm(const command::Cell& cell) const {
+  [[nodiscard]] const std::string& arm(const expression::Cell& cell) const {
     return cell.grippers.find(parameters_.gripper)->second.arm;
   }
 
   /// It is fixed to an arm, or coupled.
-  [[nodiscard]] bool is_there(const command::Cell& cell) const { return cell.arms.contains(arm(cell)); }
+  [[nodiscard]] bool is_there(const expression::Cell& cell) const { return cell.arms.contains(arm(cell)); }
 
   FingerMotion parameters_;
 };
@@ -305,4 +306,4 @@ Operation release_operation() {
           .read_command = make_command<release_parameters, open_command>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -10,7 +10,7 @@
 
 /// "grip": closes a gripper until a part stops its fingers; then the part goes with the arm in the belief, and is its
 /// load. "release": opens it, and the part stays where it is (docs/world.md). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// Absent figures are those of the gripper.
 struct GripParameters {
@@ -43,4 +43,4 @@ struct ReleaseParameters {
 [[nodiscard]] Operation grip_operation();
 [[nodiscard]] Operation release_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

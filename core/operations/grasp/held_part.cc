@@ -10,7 +10,7 @@
 #include "core/kinematics/plane.h"
 #include "core/operations/grasp/closing_fingers.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Eigen::Isometry3d;
@@ -18,13 +18,13 @@ using Eigen::Isometry3d;
 constexpr double kReach_m = 0.01;     ///< from the point between the fingers to the surface of a part
 constexpr double kContact_m = 0.005;  ///< a part that is put down is believed to be this near to what it lies on
 
-const std::string& arm_with(const command::Cell& cell, const std::string& gripper) {
+const std::string& arm_with(const expression::Cell& cell, const std::string& gripper) {
   const auto tool = cell.tools.find(gripper);
   return tool != cell.tools.end() ? tool->second.arm : cell.grippers.find(gripper)->second.arm;
 }
 
 /// Flange of the gripper's arm in the world.
-Result<Isometry3d> flange_in_world(const command::Cell& cell, const Gripping& gripping) {
+Result<Isometry3d> flange_in_world(const expression::Cell& cell, const Gripping& gripping) {
   const std::string& arm = arm_with(cell, gripping.gripper);
   const auto X_WB = cell.frames.pose(arm);
   if (!X_WB) return X_WB;
@@ -32,7 +32,7 @@ Result<Isometry3d> flange_in_world(const command::Cell& cell, const Gripping& gr
 }
 
 /// An object that a program names has to be one that can be taken, at a place that is known.
-Diagnostics check_part(const command::Cell& cell, const std::string& part) {
+Diagnostics check_part(const expression::Cell& cell, const std::string& part) {
   Diagnostics diagnostics;
   const auto object = cell.objects.find(part);
   if (object != cell.objects.end() && object->second.fixed)
@@ -43,7 +43,7 @@ Diagnostics check_part(const command::Cell& cell, const std::string& part) {
 }
 
 /// Fingers around something that is fixed to the cell cannot carry it away.
-Diagnostics check_fixed(const command::Cell& cell, const Gripping& gripping, const Eigen::Vector3d& p_WG) {
+Diagnostics check_fixed(const expression::Cell& cell, const Gripping& gripping, const Eigen::Vector3d& p_WG) {
   constexpr double kInside_m = 1e-3;  // what lies flat under the fingers is not between them
   Diagnostics diagnostics;
   if (!cell.grippers.contains(gripping.gripper)) return diagnostics;
@@ -58,7 +58,7 @@ Diagnostics check_fixed(const command::Cell& cell, const Gripping& gripping, con
 }
 
 /// How the object is in the flange while it is held.
-Result<Isometry3d> held_pose(const command::Cell& cell, const Gripping& gripping, const std::string& object,
+Result<Isometry3d> held_pose(const expression::Cell& cell, const Gripping& gripping, const std::string& object,
                              const Isometry3d& X_WF) {
   if (!gripping.grasp) {
     const Isometry3d X_FO = X_WF.inverse() * *cell.frames.pose(object);
@@ -67,7 +67,7 @@ Result<Isometry3d> held_pose(const command::Cell& cell, const Gripping& gripping
   }
   const auto& grasps = cell.objects.find(object)->second.grasps;
   if (const auto grasp = grasps.find(*gripping.grasp); grasp != grasps.end())
-    return command::gripping_point(cell, gripping.gripper) * grasp->second.inverse();
+    return expression::gripping_point(cell, gripping.gripper) * grasp->second.inverse();
   std::vector<std::string> names;
   for (const auto& [name, X_OG] : grasps) names.push_back(name);
   return failure(Code::kUnknownName, "/grasp", fmt::format("'{}' has no grasp '{}'", object, *gripping.grasp),
@@ -82,14 +82,14 @@ bool agree(const PayloadMismatch& masses) {
 }
 
 /// The arm is known to be elsewhere now.
-bool has_moved(const std::string& arm, const command::Places& before, const command::Places& now) {
+bool has_moved(const std::string& arm, const expression::Places& before, const expression::Places& now) {
   const auto was = before.find(arm), is = now.find(arm);
   if (was == before.end() || is == now.end() || was->second.size() != is->second.size()) return false;
   return was->second != is->second;
 }
 
 /// What the part stands on from now on.
-std::string base_of(const command::Cell& cell, const Gripping& gripping, const std::string& object,
+std::string base_of(const expression::Cell& cell, const Gripping& gripping, const std::string& object,
                     const Isometry3d& X_WO) {
   if (gripping.onto) return standing_frame(cell, *gripping.onto);
   return cell.support_of(object, X_WO, kContact_m).value_or(std::string(world::FrameGraph::kWorld));
@@ -97,18 +97,18 @@ std::string base_of(const command::Cell& cell, const Gripping& gripping, const s
 
 }  // namespace
 
-std::string standing_frame(const command::Cell& cell, const std::string& name) {
+std::string standing_frame(const expression::Cell& cell, const std::string& name) {
   const auto arm = cell.arms.find(name);
   const bool drives = arm != cell.arms.end() && arm->second.device != nullptr &&
                       kinematics::moves_in_plane(*arm->second.device->description().chain);
-  return drives ? command::flange_frame(name) : name;
+  return drives ? expression::flange_frame(name) : name;
 }
 
-Result<world::Hold> take_part(command::Cell& cell, const Gripping& gripping) {
+Result<world::Hold> take_part(expression::Cell& cell, const Gripping& gripping) {
   const auto X_WF = flange_in_world(cell, gripping);
   if (!X_WF) return std::unexpected(X_WF.error());
   world::Hold hold{.arm = arm_with(cell, gripping.gripper),
-                   .p_FG = command::gripping_point(cell, gripping.gripper).translation(),
+                   .p_FG = expression::gripping_point(cell, gripping.gripper).translation(),
                    .mass = gripping.part_mass};
   if (gripping.part) {
     if (Diagnostics wrong = check_part(cell, *gripping.part); wrong.has_errors())
@@ -129,7 +129,7 @@ Result<world::Hold> take_part(command::Cell& cell, const Gripping& gripping) {
   return hold;
 }
 
-Result<std::optional<world::Hold>> leave_part(command::Cell& cell, const Gripping& gripping) {
+Result<std::optional<world::Hold>> leave_part(expression::Cell& cell, const Gripping& gripping) {
   const auto held = cell.held.find(gripping.gripper);
   if (held == cell.held.end()) return std::nullopt;
   const auto X_WF = flange_in_world(cell, gripping);
@@ -170,7 +170,7 @@ std::optional<PayloadMismatch> told_mismatch(const world::Belief& belief, const 
   return agree(masses) ? std::nullopt : std::optional(masses);
 }
 
-void check_told_masses(const command::Places& before, Rehearsal& rehearsal, Diagnostics& diagnostics) {
+void check_told_masses(const expression::Places& before, Rehearsal& rehearsal, Diagnostics& diagnostics) {
   for (const auto& [gripper, hold] : rehearsal.cell.held) {
     const auto told = rehearsal.told_masses.find(gripper);
     if (told == rehearsal.told_masses.end() || !has_moved(hold.arm, before, rehearsal.q)) continue;
@@ -191,4 +191,4 @@ void check_told_masses(const command::Places& before, Rehearsal& rehearsal, Diag
   }
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

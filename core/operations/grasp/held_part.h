@@ -7,7 +7,7 @@
 #include "core/operations/table/step.h"
 
 /// What grip and release, attach and detach do to the belief, in a rehearsal as in a run. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// What a gripper, or a tool that holds without fingers, has got hold of, or lets go.
 struct Gripping {
@@ -25,14 +25,14 @@ struct Gripping {
 /// between the fingers, within 10 mm. It rides on the flange from now on.
 /// @return what is held, or diagnostics below the step: the object is fixed, has no such grasp, or nobody knows where
 /// it is
-[[nodiscard]] Result<world::Hold> take_part(command::Cell& cell, const Gripping& gripping);
+[[nodiscard]] Result<world::Hold> take_part(expression::Cell& cell, const Gripping& gripping);
 
 /// The fingers have opened: what they held stays where it is, on or in whatever is there as far as shapes tell, or on
 /// `onto`. @return what was held, or diagnostics below the step
-Result<std::optional<world::Hold>> leave_part(command::Cell& cell, const Gripping& gripping);
+Result<std::optional<world::Hold>> leave_part(expression::Cell& cell, const Gripping& gripping);
 
 /// The frame that something stands on that stands on this device, object or frame: of a base that of its body.
-[[nodiscard]] std::string standing_frame(const command::Cell& cell, const std::string& name);
+[[nodiscard]] std::string standing_frame(const expression::Cell& cell, const std::string& name);
 
 /// The masses that programs told for an object that is held, of all its grippers, and what it weighs with all that
 /// stands on it. Nothing: each is its mass, or they are shares that add up to it, or one of the two is not known.
@@ -47,6 +47,6 @@ struct PayloadMismatch {
 
 /// After a step of a rehearsal: objects that it lifted have to weigh what the program said. Before that another gripper
 /// may take its share. @param before  where the arms were before the step
-void check_told_masses(const command::Places& before, Rehearsal& rehearsal, Diagnostics& diagnostics);
+void check_told_masses(const expression::Places& before, Rehearsal& rehearsal, Diagnostics& diagnostics);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -5,7 +5,7 @@
 #include "core/operations/grasp/held_part.h"
 #include "core/operations/table/immediate_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using world::Relation;
@@ -16,7 +16,7 @@ NewFrame new_frame(const SetFrameParameters& parameters) {
 }
 
 /// An object that is not fixed: the program has found out where it is.
-bool is_free_object(const command::Cell& cell, const std::string& name) {
+bool is_free_object(const expression::Cell& cell, const std::string& name) {
   const auto object = cell.objects.find(name);
   return object != cell.objects.end() && !object->second.fixed;
 }
@@ -39,7 +39,7 @@ class SetFrameStep final : public Step {
     diagnostics.append(set_frame(rehearsal.cell, new_frame(parameters_)), pointer);
   }
   [[nodiscard]] std::unique_ptr<StepRun> begin() const override {
-    return std::make_unique<ImmediateRun>([this](Context& context, Diagnostics& diagnostics) {
+    return std::make_unique<ImmediateRun>([this](activity::Context& context, Diagnostics& diagnostics) {
       diagnostics.append(set_frame(context.cell, new_frame(parameters_)));
       return !diagnostics.has_errors();
     });
@@ -61,13 +61,13 @@ Eigen::Isometry3d pose_of(const Eigen::Vector3d& position, const Eigen::Vector3d
   return X;
 }
 
-bool is_free_frame_name(const command::Cell& cell, const std::string& name) {
+bool is_free_frame_name(const expression::Cell& cell, const std::string& name) {
   const Relation* relation = cell.frames.relation(name);
   const bool made_by_step = relation != nullptr && relation->kind == Relation::Kind::kEstimate;
   return name != world::FrameGraph::kWorld && !cell.objects.contains(name) && (relation == nullptr || made_by_step);
 }
 
-Diagnostics set_frame(command::Cell& cell, const NewFrame& frame) {
+Diagnostics set_frame(expression::Cell& cell, const NewFrame& frame) {
   Diagnostics diagnostics;
   const std::string parent = standing_frame(cell, frame.in);
   const std::string from = frame.of.empty() ? parent : standing_frame(cell, frame.of);
@@ -115,4 +115,4 @@ Operation set_frame_operation() {
           .read_step = read_step<SetFrameStep, set_frame_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

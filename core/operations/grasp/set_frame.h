@@ -6,7 +6,7 @@
 
 /// "set_frame": makes a frame, puts one that a step has made somewhere else, or says where an object has been found.
 /// Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct SetFrameParameters {
   std::string as = {};                                 ///< its name
@@ -23,7 +23,7 @@ struct SetFrameParameters {
 [[nodiscard]] Eigen::Isometry3d pose_of(const Eigen::Vector3d& position, const Eigen::Vector3d& rpy);
 
 /// A step may make a frame of this name, or replace the one that a step has made.
-[[nodiscard]] bool is_free_frame_name(const command::Cell& cell, const std::string& name);
+[[nodiscard]] bool is_free_frame_name(const expression::Cell& cell, const std::string& name);
 
 /// Makes a frame at X in frame `of` (empty: `in`), as that is now; from then on it depends on `in`. Or it replaces it.
 /// An object is believed to be there from then on, on what it stands on.
@@ -32,6 +32,6 @@ struct NewFrame {
   std::string as, in, of = {};
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< m
 };
-[[nodiscard]] Diagnostics set_frame(command::Cell& cell, const NewFrame& frame);
+[[nodiscard]] Diagnostics set_frame(expression::Cell& cell, const NewFrame& frame);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,12 +6,12 @@
 
 #include "core/operations/motion/motion_plan.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 constexpr const char* kProgram = "program";
 
-bool meets_own(const FoundCollision& found, const Timeline& timeline, const collision::CellState& begin,
+bool meets_own(const activity::FoundCollision& found, const Timeline& timeline, const collision::CellState& begin,
                const MotionTask& own) {
   const collision::Scene& scene = timeline.cell().shapes->scene;
   return std::ranges::any_of(std::array{found.a, found.b}, [&](const std::string& body) {
@@ -22,12 +22,12 @@ bool meets_own(const FoundCollision& found, const Timeline& timeline, const coll
 
 }  // namespace
 
-ActivityReview::ActivityReview(const std::vector<MotionTask>& requests, const PlanningContext& planning,
-                               const command::Cell& seen)
+ActivityReview::ActivityReview(const std::vector<MotionTask>& requests, const activity::PlanningContext& planning,
+                               const expression::Cell& seen)
     : requests_(requests), planning_(planning), seen_(seen) {
   const auto& shapes = planning.cell.shapes;
   if (planning.beside.empty() || shapes == nullptr || !shapes->off.empty()) return;
-  begin_ = situation_before(planning);
+  begin_ = activity::situation_before(planning);
   add_beside();
   const bool moves =
       std::ranges::any_of(requests, [](const MotionTask& request) { return request.kind == PathKind::kMove; });
@@ -38,14 +38,14 @@ ActivityReview::ActivityReview(const std::vector<MotionTask>& requests, const Pl
 
 /// Each is a branch of its own: they run at the same time.
 void ActivityReview::add_beside() {
-  for (const ConcurrentMotion& one : planning_.beside) {
-    CheckedMotion motion{.tracks = tracks_of(one.motion, one.actuator.model(), planning_.cell),
-                         .parts = {{0.0, one.name, {}}},
-                         .touching = one.touching,
-                         .ends_at_touch = true};
+  for (const activity::ConcurrentMotion& one : planning_.beside) {
+    activity::CheckedMotion motion{.tracks = activity::tracks_of(one.motion, one.actuator.model(), planning_.cell),
+                                   .parts = {{0.0, one.name, {}}},
+                                   .touching = one.touching,
+                                   .ends_at_touch = true};
     if (motion.tracks.empty()) continue;
     branches_.push_back(0);
-    const double stops = first_touch(planning_.cell, *begin_, motion).time;
+    const double stops = activity::first_touch(planning_.cell, *begin_, motion).time;
     beside_.push_back(std::make_shared<const PlayedStep>(PlayedStep{.begin = one.begin.value_or(0.0),
                                                                     .branch = static_cast<int>(branches_.size()) - 1,
                                                                     .timed = one.begin.has_value(),
@@ -56,19 +56,19 @@ void ActivityReview::add_beside() {
   branches_.push_back(0);
 }
 
-std::vector<ArmTrack> ActivityReview::tracks_along(const motion::SequencePlan& plan) const {
+std::vector<activity::ArmTrack> ActivityReview::tracks_along(const motion::SequencePlan& plan) const {
   const std::string& arm = requests_.back().arm;
-  auto joints = motion::JointTrack::follow(command::planning_model(seen_.arms.find(arm)->second), plan.motion);
+  auto joints = motion::JointTrack::follow(expression::planning_model(seen_.arms.find(arm)->second), plan.motion);
   if (!joints) return {};
-  std::vector<ArmTrack> tracks;
+  std::vector<activity::ArmTrack> tracks;
   tracks.push_back({arm, std::move(*joints)});
   return tracks;
 }
 
 /// @param tracks  of its arms; none: there is no plan
-PlayedSteps ActivityReview::steps_with(std::vector<ArmTrack> tracks) const {
+PlayedSteps ActivityReview::steps_with(std::vector<activity::ArmTrack> tracks) const {
   const MotionTask& last = requests_.back();
-  const command::MountedArm& arm = planning_.cell.arms.find(last.arm)->second;
+  const expression::MountedArm& arm = planning_.cell.arms.find(last.arm)->second;
   // What is held still carries on with what it does: when it ends is not looked at.
   PlayedStep own{.begin = 0.0,
                  .branch = static_cast<int>(branches_.size()) - 1,
@@ -79,11 +79,11 @@ PlayedSteps ActivityReview::steps_with(std::vector<ArmTrack> tracks) const {
   for (const MotionTask& request : requests_)
     if (request.kind == PathKind::kMove) own.moves.push_back(request.pointer);
   if (!tracks.empty()) {
-    own.motion = CheckedMotion{.tracks = std::move(tracks), .parts = {{0.0, last.name, last.pointer}}};
+    own.motion = activity::CheckedMotion{.tracks = std::move(tracks), .parts = {{0.0, last.name, last.pointer}}};
     if (last.until || last.compliance || last.force_offset)
-      for (const ArmTrack& track : own.motion->tracks) own.motion->touching.insert(track.arm);
+      for (const activity::ArmTrack& track : own.motion->tracks) own.motion->touching.insert(track.arm);
     own.motion->ends_at_touch = last.until.has_value();
-    own.stops = first_touch(planning_.cell, *begin_, *own.motion).time;
+    own.stops = activity::first_touch(planning_.cell, *begin_, *own.motion).time;
   }
   PlayedSteps steps = beside_;
   steps.push_back(std::make_shared<const PlayedStep>(std::move(own)));
@@ -93,7 +93,8 @@ PlayedSteps ActivityReview::steps_with(std::vector<ArmTrack> tracks) const {
 bool ActivityReview::plan_again(const Result<motion::SequencePlan>& plan) {
   if (!review_) return false;
   const Diagnostics said = plan ? Diagnostics() : plan.error();
-  const Timeline timeline(planning_.cell, *begin_, steps_with(plan ? tracks_along(*plan) : std::vector<ArmTrack>()));
+  const Timeline timeline(planning_.cell, *begin_,
+                          steps_with(plan ? tracks_along(*plan) : std::vector<activity::ArmTrack>()));
   if (!review_->review(timeline, branches_, said)) return false;
   meanwhile_.spaces = review_->spaces();
   return true;
@@ -103,17 +104,17 @@ Diagnostics ActivityReview::collisions(const motion::SequencePlan& plan) const {
   return begin_ ? met_by(tracks_along(plan)) : Diagnostics();
 }
 
-Diagnostics ActivityReview::collisions(const Grasp& grasp, const motion::PairPlan& plan) const {
+Diagnostics ActivityReview::collisions(const activity::Grasp& grasp, const motion::PairPlan& plan) const {
   if (!begin_) return {};
   const command::Actuator pair = command::arm_pair(seen_, grasp.leader, grasp.follower);
-  return met_by(tracks_of(planned(grasp, {}, plan), pair.model(), seen_));
+  return met_by(activity::tracks_of(activity::planned(grasp, {}, plan), pair.model(), seen_));
 }
 
-Diagnostics ActivityReview::met_by(std::vector<ArmTrack> tracks) const {
+Diagnostics ActivityReview::met_by(std::vector<activity::ArmTrack> tracks) const {
   Diagnostics own;
   if (tracks.empty()) return own;
   Timeline timeline(planning_.cell, *begin_, steps_with(std::move(tracks)));
-  std::vector<FoundCollision> found;
+  std::vector<activity::FoundCollision> found;
   Diagnostics said;
   timeline.check(&found, said);
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -123,4 +124,4 @@ Diagnostics ActivityReview::met_by(std::vector<ArmTrack> tracks) const {
   return own;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -11,7 +11,7 @@
 
 /// A motion of a program that nobody rehearses, beside what its other activities do meanwhile (docs/planning.md,
 /// "Beside machines that move"). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// Looks at the planned motions that run, or are about to begin, when a motion is prepared (PlanningContext::beside):
 /// has a `move` planned again until it keeps clear of them, and says what any other motion would meet. Where there are
@@ -19,30 +19,31 @@ namespace takt::activity {
 class ActivityReview {
  public:
   /// All must outlive it. @param seen  the cell with the frame that moves as tool centre point
-  ActivityReview(const std::vector<MotionTask>& requests, const PlanningContext& planning, const command::Cell& seen);
+  ActivityReview(const std::vector<MotionTask>& requests, const activity::PlanningContext& planning,
+                 const expression::Cell& seen);
 
   /// What it has to be planned with.
-  [[nodiscard]] const ConcurrentMotions& meanwhile() const { return meanwhile_; }
+  [[nodiscard]] const activity::ConcurrentMotions& meanwhile() const { return meanwhile_; }
   /// @return true: it is to be planned again
   [[nodiscard]] bool plan_again(const Result<motion::SequencePlan>& plan);
   /// What it would meet on the clock all the same.
   [[nodiscard]] Diagnostics collisions(const motion::SequencePlan& plan) const;
-  [[nodiscard]] Diagnostics collisions(const Grasp& grasp, const motion::PairPlan& plan) const;
+  [[nodiscard]] Diagnostics collisions(const activity::Grasp& grasp, const motion::PairPlan& plan) const;
 
  private:
   void add_beside();
-  [[nodiscard]] std::vector<ArmTrack> tracks_along(const motion::SequencePlan& plan) const;
-  [[nodiscard]] PlayedSteps steps_with(std::vector<ArmTrack> tracks) const;
-  [[nodiscard]] Diagnostics met_by(std::vector<ArmTrack> tracks) const;
+  [[nodiscard]] std::vector<activity::ArmTrack> tracks_along(const motion::SequencePlan& plan) const;
+  [[nodiscard]] PlayedSteps steps_with(std::vector<activity::ArmTrack> tracks) const;
+  [[nodiscard]] Diagnostics met_by(std::vector<activity::ArmTrack> tracks) const;
 
   const std::vector<MotionTask>& requests_;
-  const PlanningContext& planning_;
-  const command::Cell& seen_;
-  ConcurrentMotions meanwhile_ = {};
+  const activity::PlanningContext& planning_;
+  const expression::Cell& seen_;
+  activity::ConcurrentMotions meanwhile_ = {};
   std::optional<MoveReview> review_ = {};           ///< null: no `move`, or nothing moves beside it
   std::optional<collision::CellState> begin_ = {};  ///< null: nothing moves beside it
   PlayedSteps beside_ = {};
   BranchParents branches_ = {-1};
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

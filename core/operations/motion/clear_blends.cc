@@ -10,7 +10,7 @@
 
 #include "core/activity/motion_collisions.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using kinematics::JointVector;
@@ -66,7 +66,8 @@ collision::CellState situation_for(const std::vector<MotionTask>& requests, cons
 }
 
 /// Without what carries on with other machines now.
-collision::CellState without_moving(collision::CellState situation, const command::Cell& cell, const std::string& own) {
+collision::CellState without_moving(collision::CellState situation, const expression::Cell& cell,
+                                    const std::string& own) {
   const collision::ContactRules rules(*cell.shapes, situation);
   for (int body = 0; body < static_cast<int>(cell.shapes->scene.bodies().size()); ++body) {
     const auto arm = cell.arms.find(rules.arm_of(body));
@@ -78,7 +79,7 @@ collision::CellState without_moving(collision::CellState situation, const comman
 /// A planned sequence in its surroundings.
 class SequenceCheck {
  public:
-  SequenceCheck(const std::vector<MotionTask>& requests, const command::Cell& cell, const motion::ArmModel& arm,
+  SequenceCheck(const std::vector<MotionTask>& requests, const expression::Cell& cell, const motion::ArmModel& arm,
                 const Surroundings& surroundings)
       : cell_(cell),
         arm_(arm),
@@ -92,9 +93,9 @@ class SequenceCheck {
   [[nodiscard]] std::optional<double> first_hit(const motion::Motion& planned) const {
     auto joints = motion::JointTrack::follow(arm_, planned);
     if (!joints) return std::nullopt;
-    const CheckedMotion checked{.tracks = {{name_, std::move(*joints)}}};
+    const activity::CheckedMotion checked{.tracks = {{name_, std::move(*joints)}}};
     const double duration = checked.duration();
-    const auto trajectory = trajectory_of(cell_, {{&checked, 0.0, duration}}, 0.0, duration);
+    const auto trajectory = activity::trajectory_of(cell_, {{&checked, 0.0, duration}}, 0.0, duration);
     collision::CheckOptions options{.margin = cell_.shapes->margin, .rule = {}, .bodies = {}};
     options.rule = [this](int a, int b) {
       const collision::Contact contact = rules_.contact(a, b, touching_);
@@ -106,7 +107,7 @@ class SequenceCheck {
   }
 
  private:
-  const command::Cell& cell_;
+  const expression::Cell& cell_;
   const motion::ArmModel& arm_;
   std::string name_;
   collision::CellState situation_;
@@ -141,7 +142,7 @@ void note_shares(const std::vector<MotionTask>& requests, const BlendShares& sha
 
 }  // namespace
 
-Result<SequencePlan> plan_clear_sequence(const std::vector<MotionTask>& requests, const command::Cell& cell,
+Result<SequencePlan> plan_clear_sequence(const std::vector<MotionTask>& requests, const expression::Cell& cell,
                                          const motion::ArmModel& arm, const JointVector& q,
                                          const std::vector<LegMaker>& makers, const Surroundings& surroundings) {
   auto first = motion::plan_sequence(arm, q, makers);
@@ -164,7 +165,7 @@ Result<SequencePlan> plan_clear_sequence(const std::vector<MotionTask>& requests
   return plan;
 }
 
-bool is_clear_blend(const std::vector<MotionTask>& requests, const command::Cell& cell, const motion::ArmModel& arm,
+bool is_clear_blend(const std::vector<MotionTask>& requests, const expression::Cell& cell, const motion::ArmModel& arm,
                     const Surroundings& surroundings, const SequencePlan& from_rest, const SequencePlan& from_blend) {
   if (cell.shapes == nullptr || !cell.shapes->off.empty()) return true;
   Surroundings around = surroundings;
@@ -173,4 +174,4 @@ bool is_clear_blend(const std::vector<MotionTask>& requests, const command::Cell
   return !check.first_hit(from_blend.motion) || check.first_hit(from_rest.motion);
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -14,7 +14,7 @@
 #include "core/operations/motion/motion_command.h"
 #include "core/operations/motion/motion_step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -28,7 +28,7 @@ ParameterInfo row(std::string key, Type type, std::string definition, std::strin
 }
 
 /// The arm of the motion; null if the file names none that exists.
-const command::MountedArm* arm_of(const MotionTask& request, const command::Cell& cell) {
+const expression::MountedArm* arm_of(const MotionTask& request, const expression::Cell& cell) {
   const auto found = cell.arms.find(request.arm);
   return found == cell.arms.end() ? nullptr : &found->second;
 }
@@ -101,7 +101,7 @@ void add_arc(Table& table) {
 
 void read_through(const ParameterInfo& row, const ReadContext& from, MotionTask& request) {
   ObjectReader& reader = from.reader;
-  const command::MountedArm* arm = arm_of(request, from.cell);
+  const expression::MountedArm* arm = arm_of(request, from.cell);
   const Json* list = reader.array(row.key);
   if (!list) return;
   const std::string pointer = reader.at(row.key);
@@ -195,11 +195,11 @@ void add_avoidance(Table& table) {
 }
 
 /// What two arms do to each other is felt by their own sensors.
-void check_internal_force(const command::Condition& condition, const command::Cell& cell, const std::string& place,
-                          const MotionTask& request, Diagnostics& diagnostics) {
-  for (const command::Condition& operand : condition.operands)
+void check_internal_force(const expression::Condition& condition, const expression::Cell& cell,
+                          const std::string& place, const MotionTask& request, Diagnostics& diagnostics) {
+  for (const expression::Condition& operand : condition.operands)
     check_internal_force(operand, cell, place, request, diagnostics);
-  if (condition.kind != command::Condition::Kind::kInternalForce) return;
+  if (condition.kind != expression::Condition::Kind::kInternalForce) return;
   for (const std::string& name : {condition.device, condition.other}) {
     const std::string& arm = cell.sensors.find(name)->second.arm;
     if (arm.empty() || arm == request.arm || arm == request.follower) continue;
@@ -400,4 +400,4 @@ Operation move_operation() {
 
 Operation spline_operation() { return motion_operation<PathKind::kSpline>("spline", "Moves smoothly through points."); }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

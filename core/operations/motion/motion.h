@@ -16,7 +16,7 @@
 #include "core/operations/table/overlay.h"
 #include "core/operations/table/tool_choice.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 enum class PathKind { kPtp, kLin, kCirc, kSpline, kMove };
 
@@ -25,11 +25,11 @@ enum class PathKind { kPtp, kLin, kCirc, kSpline, kMove };
 struct MotionParameters {
   double velocity = 1.0, acceleration = 1.0;   ///< (0, 1]; files: speed, acceleration
   std::optional<double> linear_velocity = {};  ///< of the tool centre point, m/s
-  BlendingCondition blend = {};                ///< into the motion after it; not with `until`
+  activity::BlendingCondition blend = {};      ///< into the motion after it; not with `until`
   /// The arm brakes on its path when this holds (or nobody knows, row N3): a guarded motion.
-  std::optional<command::StateSource> until = {};
+  std::optional<expression::StateSource> until = {};
   /// As soon as it holds the arm brakes on its path, and the motion has failed.
-  std::optional<command::StateSource> abort_if = {};
+  std::optional<expression::StateSource> abort_if = {};
   std::optional<Eigen::Isometry3d> X_FM = {};  ///< programs: the frame that moves, in the flange; default: the tool
   /// How the arm gives way meanwhile; it has to be in that control mode. Default: as the arm is.
   std::optional<ComplianceParameters> compliance = {};
@@ -93,4 +93,4 @@ struct MotionTask : MotionParameters {
 /// Several of them, blended into one motion, as a command of a transaction.
 [[nodiscard]] Operation motions_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

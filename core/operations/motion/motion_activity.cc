@@ -11,7 +11,7 @@
 #include "core/operations/motion/clear_blends.h"
 #include "core/operations/motion/motion_verdict.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using kinematics::JointVector;
@@ -20,24 +20,24 @@ using Places = std::map<std::string, JointVector, std::less<>>;
 /// A cell in which the frame that a motion moves is the tool centre point of its arm.
 class SeenCell {
  public:
-  SeenCell(const command::Cell& cell, const MotionTask& task) : cell_(cell) {
+  SeenCell(const expression::Cell& cell, const MotionTask& task) : cell_(cell) {
     if (!task.X_FM) return;
     own_ = cell;
     own_->arms.find(task.arm)->second.X_FT = *task.X_FM;
   }
-  [[nodiscard]] const command::Cell& cell() const { return own_ ? *own_ : cell_; }
+  [[nodiscard]] const expression::Cell& cell() const { return own_ ? *own_ : cell_; }
 
  private:
-  const command::Cell& cell_;
-  std::optional<command::Cell> own_;
+  const expression::Cell& cell_;
+  std::optional<expression::Cell> own_;
 };
 
-PlanningContext nothing_before(const command::Cell& cell) {
+activity::PlanningContext nothing_before(const expression::Cell& cell) {
   return {.cell = cell, .period = kMillisecond, .predecessors = {}};
 }
 
 void check_blend(const MotionTask& task, Diagnostics& diagnostics) {
-  const BlendingCondition& blend = task.blend;
+  const activity::BlendingCondition& blend = task.blend;
   if (blend.wanted() && task.until)
     diagnostics.error(Code::kConflict, "/blend", "the end of a guarded motion is unknown",
                       "Remove the blend or the condition");
@@ -74,9 +74,9 @@ Diagnostics check_hold(const Eigen::Isometry3d& X_HF_now, const Eigen::Isometry3
 
 }  // namespace
 
-MotionActivity::MotionActivity(std::string name, std::vector<MotionTask> tasks, command::Biases biases,
-                               ConcurrentMotions meanwhile)
-    : ActivityModel(std::move(name)),
+MotionActivity::MotionActivity(std::string name, std::vector<MotionTask> tasks, expression::Biases biases,
+                               activity::ConcurrentMotions meanwhile)
+    : activity::ActivityModel(std::move(name)),
       tasks_(std::move(tasks)),
       biases_(std::move(biases)),
       meanwhile_(std::move(meanwhile)) {}
@@ -89,7 +89,7 @@ bool MotionActivity::avoids_others() const {
   return std::ranges::any_of(tasks_, [](const MotionTask& task) { return task.kind == PathKind::kMove; });
 }
 
-std::shared_ptr<const ActivityModel> MotionActivity::blended_into(const ActivityModel& next) const {
+std::shared_ptr<const activity::ActivityModel> MotionActivity::blended_into(const activity::ActivityModel& next) const {
   const auto* other = dynamic_cast<const MotionActivity*>(&next);
   if (other == nullptr || !last().blend.wanted() || last().until) return nullptr;
   const MotionTask& after = other->tasks_.front();
@@ -109,7 +109,7 @@ std::shared_ptr<const ActivityModel> MotionActivity::blended_into(const Activity
   return std::make_shared<const MotionActivity>(std::move(name), std::move(tasks), biases_, meanwhile_);
 }
 
-Diagnostics MotionActivity::check(const command::Cell& cell) const {
+Diagnostics MotionActivity::check(const expression::Cell& cell) const {
   Diagnostics diagnostics;
   for (const MotionTask& task : tasks_) check_blend(task, diagnostics);
   diagnostics.append(of_motions(check_offsets(tasks_), tasks_, /*named=*/true));
@@ -118,7 +118,7 @@ Diagnostics MotionActivity::check(const command::Cell& cell) const {
   return diagnostics;
 }
 
-Result<PlannedActivity> MotionActivity::prepare(const PlanningContext& planning) const {
+Result<activity::PlannedActivity> MotionActivity::prepare(const activity::PlanningContext& planning) const {
   for (const std::string& arm : actuators()) {
     if (planning.predecessors.find(arm)->second.at_end.rests()) continue;
     return failure(Code::kUnknownPosition, "",
@@ -129,14 +129,15 @@ Result<PlannedActivity> MotionActivity::prepare(const PlanningContext& planning)
   const SeenCell seen(planning.cell, last());
   auto prepared = of_two_arms() ? prepare_two(planning, seen.cell()) : prepare_one(planning, seen.cell());
   if (prepared)
-    prepared->verdict = [tasks = tasks_](const RunView& run) {
+    prepared->verdict = [tasks = tasks_](const activity::RunView& run) {
       if (!run.may_have_failed()) return Diagnostics();
-      return motion_verdict(tasks, guarded_end(run, static_cast<int>(tasks.size())), places_in(tasks));
+      return motion_verdict(tasks, activity::guarded_end(run, static_cast<int>(tasks.size())), places_in(tasks));
     };
   return prepared;
 }
 
-Result<PlannedActivity> MotionActivity::prepare_one(const PlanningContext& planning, const command::Cell& seen) const {
+Result<activity::PlannedActivity> MotionActivity::prepare_one(const activity::PlanningContext& planning,
+                                                              const expression::Cell& seen) const {
   const JointVector& q = *planning.predecessors.find(last().arm)->second.at_end.q;
   ActivityReview review(tasks_, planning, seen);
   auto plan = plan_motions(tasks_, seen, q, surroundings(planning, review));
@@ -150,67 +151,70 @@ Result<PlannedActivity> MotionActivity::prepare_one(const PlanningContext& plann
 }
 
 /// A corner must not be cut into something: then the arm comes to rest at it.
-std::optional<motion::SequencePlan> MotionActivity::blended_plan(const PlanningContext& planning,
-                                                                 const command::Cell& seen, const Surroundings& around,
+std::optional<motion::SequencePlan> MotionActivity::blended_plan(const activity::PlanningContext& planning,
+                                                                 const expression::Cell& seen,
+                                                                 const Surroundings& around,
                                                                  const motion::SequencePlan& from_rest) const {
-  const command::MountedArm& arm = seen.arms.find(last().arm)->second;
-  const auto from = departure_of(planning.predecessors.find(last().arm)->second, arm.X_FT);
+  const expression::MountedArm& arm = seen.arms.find(last().arm)->second;
+  const auto from = activity::departure_of(planning.predecessors.find(last().arm)->second, arm.X_FT);
   if (!from) return std::nullopt;
   auto plan = plan_motions_from(*from, tasks_, seen, around);
-  if (!plan || !is_clear_blend(tasks_, seen, command::planning_model(arm), around, from_rest, *plan))
+  if (!plan || !is_clear_blend(tasks_, seen, expression::planning_model(arm), around, from_rest, *plan))
     return std::nullopt;
   return std::move(*plan);
 }
 
-Result<PlannedActivity> MotionActivity::with_plans(const PlanningContext& planning, const command::Cell& seen,
-                                                   motion::SequencePlan from_rest,
-                                                   std::optional<motion::SequencePlan> from_blend) const {
-  const motion::ArmModel model = command::planning_model(seen.arms.find(last().arm)->second);
-  ArmPlans plans{.name = name(),
-                 .arm = last().arm,
-                 .model = model,
-                 .from_rest = std::move(from_rest),
-                 .from_blend = std::move(from_blend),
-                 .abort_if = abort_states(planning.cell),
-                 .weaves = weaves_of(tasks_),
-                 .offset = offset(planning.cell)};
-  auto prepared = prepare_dual_entry(planning, std::move(plans), options(planning.cell));
+Result<activity::PlannedActivity> MotionActivity::with_plans(const activity::PlanningContext& planning,
+                                                             const expression::Cell& seen,
+                                                             motion::SequencePlan from_rest,
+                                                             std::optional<motion::SequencePlan> from_blend) const {
+  const motion::ArmModel model = expression::planning_model(seen.arms.find(last().arm)->second);
+  activity::ArmPlans plans{.name = name(),
+                           .arm = last().arm,
+                           .model = model,
+                           .from_rest = std::move(from_rest),
+                           .from_blend = std::move(from_blend),
+                           .abort_if = abort_states(planning.cell),
+                           .weaves = weaves_of(tasks_),
+                           .offset = offset(planning.cell)};
+  auto prepared = activity::prepare_dual_entry(planning, std::move(plans), options(planning.cell));
   if (!prepared) return std::unexpected(of_motions(prepared.error(), tasks_));
   return prepared;
 }
 
 /// They move the common motion centre, which is the frame that the leader moves.
-Result<PlannedActivity> MotionActivity::prepare_two(const PlanningContext& planning, const command::Cell& seen) const {
+Result<activity::PlannedActivity> MotionActivity::prepare_two(const activity::PlanningContext& planning,
+                                                              const expression::Cell& seen) const {
   const JointVector& q_leader = *planning.predecessors.find(last().arm)->second.at_end.q;
   const JointVector& q_follower = *planning.predecessors.find(last().follower)->second.at_end.q;
   auto held = grasp(seen, q_leader, q_follower);
   if (!held) return std::unexpected(std::move(held.error()));
   // They hold the part as before, to the last bit.
-  const auto* leaving = leaving_pair(planning, held->leader, held->follower);
+  const auto* leaving = activity::leaving_pair(planning, held->leader, held->follower);
   if (leaving != nullptr && !last().X_HF) held->X_HF = leaving->motion.partner_X_FM;
-  auto from_rest = plan_pair_motions(tasks_, seen, pair_of(seen, *held), q_leader, q_follower);
+  auto from_rest = plan_pair_motions(tasks_, seen, activity::pair_of(seen, *held), q_leader, q_follower);
   if (!from_rest) return std::unexpected(std::move(from_rest.error()));
-  auto from_blend = plan_pair_on(planning, *held, leg_makers(tasks_, seen));
+  auto from_blend = activity::plan_pair_on(planning, *held, leg_makers(tasks_, seen));
   const ActivityReview review(tasks_, planning, seen);
   if (Diagnostics wrong = review.collisions(*held, *from_rest); wrong.has_errors())
     return std::unexpected(std::move(wrong));
   return with_plans(planning, *held, std::move(*from_rest), std::move(from_blend));
 }
 
-PlannedActivity MotionActivity::with_plans(const PlanningContext& planning, const Grasp& grasp,
-                                           motion::PairPlan from_rest,
-                                           std::optional<motion::PairPlan> from_blend) const {
-  PairPlans plans{.name = name(),
-                  .grasp = grasp,
-                  .from_rest = std::move(from_rest),
-                  .from_blend = std::move(from_blend),
-                  .abort_if = abort_states(planning.cell)};
-  return prepare_dual_entry(planning, std::move(plans), options(planning.cell));
+activity::PlannedActivity MotionActivity::with_plans(const activity::PlanningContext& planning,
+                                                     const activity::Grasp& grasp, motion::PairPlan from_rest,
+                                                     std::optional<motion::PairPlan> from_blend) const {
+  activity::PairPlans plans{.name = name(),
+                            .grasp = grasp,
+                            .from_rest = std::move(from_rest),
+                            .from_blend = std::move(from_blend),
+                            .abort_if = abort_states(planning.cell)};
+  return activity::prepare_dual_entry(planning, std::move(plans), options(planning.cell));
 }
 
-Result<Grasp> MotionActivity::grasp(const command::Cell& seen, const JointVector& q_leader,
-                                    const JointVector& q_follower) const {
-  auto held = grasp_at(seen, last().arm, last().follower, q_leader, q_follower);
+Result<activity::Grasp> MotionActivity::grasp(const expression::Cell& seen, const JointVector& q_leader,
+                                              const JointVector& q_follower) const {
+  auto held = activity::grasp_at(seen, last().arm, last().follower, q_leader, q_follower);
   if (!held || !last().X_HF) return held;
   if (Diagnostics apart = check_hold(held->X_HF, *last().X_HF); apart.has_errors())
     return std::unexpected(std::move(apart));
@@ -218,7 +222,7 @@ Result<Grasp> MotionActivity::grasp(const command::Cell& seen, const JointVector
   return held;
 }
 
-Result<MotionActivity::StandalonePlan> MotionActivity::alone(const command::Cell& cell, const Places& q,
+Result<MotionActivity::StandalonePlan> MotionActivity::alone(const expression::Cell& cell, const Places& q,
                                                              const Surroundings& surroundings) const {
   if (Diagnostics wrong = of_motions(check_offsets(tasks_), tasks_, /*named=*/true); wrong.has_errors())
     return std::unexpected(std::move(wrong));
@@ -227,7 +231,7 @@ Result<MotionActivity::StandalonePlan> MotionActivity::alone(const command::Cell
     const JointVector& q_follower = q.find(last().follower)->second;
     const auto held = grasp(cell, q_arm, q_follower);
     if (!held) return std::unexpected(held.error());
-    auto plan = plan_pair_motions(tasks_, cell, pair_of(cell, *held), q_arm, q_follower);
+    auto plan = plan_pair_motions(tasks_, cell, activity::pair_of(cell, *held), q_arm, q_follower);
     if (!plan) return std::unexpected(std::move(plan.error()));
     StandalonePlan alone{.prepared = {},
                          .notes = plan->notes,
@@ -248,33 +252,34 @@ Result<MotionActivity::StandalonePlan> MotionActivity::alone(const command::Cell
   return alone;
 }
 
-Surroundings MotionActivity::surroundings(const PlanningContext& planning, const ActivityReview& review) const {
-  return {.situation = [&planning] { return situation_before(planning); },
+Surroundings MotionActivity::surroundings(const activity::PlanningContext& planning,
+                                          const ActivityReview& review) const {
+  return {.situation = [&planning] { return activity::situation_before(planning); },
           .meanwhile = planning.beside.empty() ? meanwhile_ : review.meanwhile()};
 }
 
-MotionOptions MotionActivity::options(const command::Cell& cell) const {
-  MotionOptions options{.blend = last().blend, .must_touch = last().must_touch};
-  if (last().until) options.until = command::state_of(*last().until, cell, biases_);
+activity::MotionOptions MotionActivity::options(const expression::Cell& cell) const {
+  activity::MotionOptions options{.blend = last().blend, .must_touch = last().must_touch};
+  if (last().until) options.until = expression::state_of(*last().until, cell, biases_);
   const int joint_count = cell.arms.find(last().arm)->second.device->description().chain->joint_count();
   if (last().compliance) options.compliance = compliance_of(*last().compliance, joint_count);
   return options;
 }
 
-std::vector<std::optional<command::State>> MotionActivity::abort_states(const command::Cell& cell) const {
-  std::vector<std::optional<command::State>> states;
+std::vector<std::optional<expression::State>> MotionActivity::abort_states(const expression::Cell& cell) const {
+  std::vector<std::optional<expression::State>> states;
   for (const MotionTask& task : tasks_)
-    states.push_back(task.abort_if ? std::optional(command::state_of(*task.abort_if, cell, biases_)) : std::nullopt);
+    states.push_back(task.abort_if ? std::optional(expression::state_of(*task.abort_if, cell, biases_)) : std::nullopt);
   return states;
 }
 
-std::optional<OffsetPlan> MotionActivity::offset(const command::Cell& cell) const {
+std::optional<activity::OffsetPlan> MotionActivity::offset(const expression::Cell& cell) const {
   const auto first = first_offset(tasks_);
   if (!first) return std::nullopt;
   const ForceOffsetParameters& force = *tasks_[*first].force_offset;
-  return OffsetPlan{.pressing = force.pressing(last().arm, cell, biases_),
-                    .parameters = force.control_parameters(cell),
-                    .first = *first};
+  return activity::OffsetPlan{.pressing = force.pressing(last().arm, cell, biases_),
+                              .parameters = force.control_parameters(cell),
+                              .first = *first};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

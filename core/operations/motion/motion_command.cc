@@ -21,11 +21,11 @@
 #include "core/operations/table/overlay.h"
 #include "core/operations/table/touch.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using command::State;
+using expression::State;
 using kinematics::JointVector;
 using Planned = Result<command::PlannedMotion>;
 
@@ -72,26 +72,26 @@ class MotionCommand final : public OperationCommand {
       made.places.emplace_back(theirs + "/ramp", places[i] + "/weave/ramp_s");
       if (!theirs.empty()) made.places.emplace_back(theirs, places[i]);
     }
-    moved.observe(key + " cancelled", command::BooleanSensor(moved.cancelled().node()));
+    moved.observe(key + " cancelled", expression::BooleanSensor(moved.cancelled().node()));
     moved.observe(key + " over", moved.completed() || moved.failed());
     if (first_offset(requests)) {
       const State silent = action.state("no_force");
       moved.on_entered(silent, cancel(moved));
       moved.fails_if(silent.once());
-      moved.capture(key + " no force", command::tool_pose(build.cell, arm()), silent);
+      moved.capture(key + " no force", expression::tool_pose(build.cell, arm()), silent);
       made.handler_places.push_back(offset_place() + "/sensor");
     }
     add_aborts(build, key, action, made);
     const auto& condition = requests.back().until;
     if (!condition) return made;
-    const command::FrameSensor touch = tool_in_room(build.cell);
-    State until = command::state_of(*condition, build.cell, build.biases);
+    const expression::FrameSensor touch = tool_in_room(build.cell);
+    State until = expression::state_of(*condition, build.cell, build.biases);
     if (requests.size() > 1) until = until && action.via_passed(static_cast<int>(requests.size()) - 2);
     moved.on_entered(until, cancel(moved));
     made.handler_places.push_back(places.back() + "/until");
-    moved.fails_if(not_touched(until, requests.back().must_touch, moved));
+    moved.fails_if(activity::not_touched(until, requests.back().must_touch, moved));
     moved.capture(key + " touch", touch, until);
-    moved.capture(key + " silent", touch, is_null(command::BooleanSensor(until.node())));
+    moved.capture(key + " silent", touch, is_null(expression::BooleanSensor(until.node())));
     return made;
   }
 
@@ -122,9 +122,9 @@ class MotionCommand final : public OperationCommand {
     rehearsal.touched[arm()] = requests.back().until.has_value();
   }
 
-  void finish(const RunView& ended, const std::string& key, bool cancelled, Context& context,
+  void finish(const activity::RunView& ended, const std::string& key, bool cancelled, activity::Context& context,
               Diagnostics& diagnostics) const override {
-    const GuardedEnd end = end_of(ended, key, cancelled);
+    const activity::GuardedEnd end = end_of(ended, key, cancelled);
     diagnostics.append(motion_verdict(requests, end, [this](int motion) -> MotionPlace {
       return {.pointer = pointer + places[static_cast<std::size_t>(motion)]};
     }));
@@ -144,20 +144,21 @@ class MotionCommand final : public OperationCommand {
                   MadeCommand& made) const {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       if (!requests[i].abort_if) continue;
-      State holds = command::state_of(*requests[i].abort_if, build.cell, build.biases);
+      State holds = expression::state_of(*requests[i].abort_if, build.cell, build.biases);
       if (i > 0) holds = holds && action.via_passed(static_cast<int>(i) - 1);
       if (i + 1 < requests.size()) holds = holds && !action.via_passed(static_cast<int>(i));
       made.command.on_entered(holds, cancel(made.command));
-      made.command.fails_if(not_allowed(holds, made.command));
+      made.command.fails_if(activity::not_allowed(holds, made.command));
       made.handler_places.push_back(places[i] + "/abort_if");
       made.command.capture(abort_name(key, i), action.progress(), holds);
       made.command.capture(abort_name(key, i) + " silent", action.progress(),
-                           is_null(command::BooleanSensor(holds.node())));
+                           is_null(expression::BooleanSensor(holds.node())));
     }
   }
-  [[nodiscard]] GuardedEnd end_of(const RunView& ended, const std::string& key, bool cancelled) const {
-    using enum GuardedOutcome::Kind;
-    GuardedEnd end;
+  [[nodiscard]] activity::GuardedEnd end_of(const activity::RunView& ended, const std::string& key,
+                                            bool cancelled) const {
+    using enum activity::GuardedOutcome::Kind;
+    activity::GuardedEnd end;
     end.no_force = ended.value<net::Frame>(key + " no force").has_value();
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const bool held = ended.value<net::Real>(abort_name(key, i)).has_value();
@@ -177,14 +178,14 @@ class MotionCommand final : public OperationCommand {
   }
   /// The arm is on a base that drives with it.
   [[nodiscard]] bool carried() const { return requests.front().base_goal.has_value(); }
-  [[nodiscard]] command::Actuator actuator(const command::Cell& cell) const {
+  [[nodiscard]] command::Actuator actuator(const expression::Cell& cell) const {
     if (carried()) return command::arm_on_base(cell, arm());
     return follower().empty() ? command::arm(cell, arm()) : command::arm_pair(cell, arm(), follower());
   }
   /// Where the tool is, in the arm's base; of an arm whose base drives, in the world.
-  [[nodiscard]] command::FrameSensor tool_in_room(const command::Cell& cell) const {
-    const command::FrameSensor X_BT = command::tool_pose(cell, arm());
-    return carried() ? command::pose_between(cell, arm(), std::string(world::FrameGraph::kWorld)) * X_BT : X_BT;
+  [[nodiscard]] expression::FrameSensor tool_in_room(const expression::Cell& cell) const {
+    const expression::FrameSensor X_BT = expression::tool_pose(cell, arm());
+    return carried() ? expression::pose_between(cell, arm(), std::string(world::FrameGraph::kWorld)) * X_BT : X_BT;
   }
   [[nodiscard]] command::Action motion(const BuildContext& build) const {
     if (carried()) return motion_on_base(build);
@@ -192,14 +193,14 @@ class MotionCommand final : public OperationCommand {
   }
   [[nodiscard]] command::Action motion_on_base(const BuildContext& build) const {
     return command::planned_by(kind(), command::SetPointKind::kPair,
-                               [this, &cell = build.cell](const command::Places& q_start) {
+                               [this, &cell = build.cell](const expression::Places& q_start) {
                                  return plan_on_base(requests.front(), cell, q_start);
                                });
   }
   /// Planned when everything before it is, with machines where they are then.
   [[nodiscard]] command::Action motion_alone(const BuildContext& build) const {
-    return command::planned_by(kind(), command::SetPointKind::kPath, [this, build](const command::Places& q_start) {
-      const command::Cell cell = cell_at(build.cell, q_start);
+    return command::planned_by(kind(), command::SetPointKind::kPath, [this, build](const expression::Places& q_start) {
+      const expression::Cell cell = expression::cell_at(build.cell, q_start);
       Surroundings around = surroundings_at(cell, q_start, build.widths);
       around.meanwhile = build.meanwhile;
       auto plan = plan_motions(requests, cell, q_start.at(arm()), around);
@@ -216,24 +217,24 @@ class MotionCommand final : public OperationCommand {
   /// The motion after the transaction may go on with it.
   void leave_in_motion(const BuildContext& build, command::PlannedMotion& motion) const {
     const MotionTask& last = requests.back();
-    if (left_arm().empty() || !build.cell.channels.contains(path_time_channel(arm()))) return;
-    motion.clock_outputs = {.time = path_time_channel(arm()), .rate = path_rate_channel(arm())};
+    if (left_arm().empty() || !build.cell.channels.contains(command::path_time_channel(arm()))) return;
+    motion.clock_outputs = {.time = command::path_time_channel(arm()), .rate = command::path_rate_channel(arm())};
     motion.leaving = {.blend = last.blend.along_path};
-    if (last.abort_if) motion.leaving->abort_if = command::state_of(*last.abort_if, build.cell, build.biases);
+    if (last.abort_if) motion.leaving->abort_if = expression::state_of(*last.abort_if, build.cell, build.biases);
     motion.leaving->abort_handlers =
         static_cast<int>(std::ranges::count_if(requests, [](const auto& one) { return one.abort_if.has_value(); }));
   }
   /// Of two arms as one, which hold what they move as they stand where it begins.
   [[nodiscard]] command::Action pair_motion(const BuildContext& build) const {
-    return command::planned_by(kind(), command::SetPointKind::kPair, [this, build](const command::Places& q_start) {
-      const command::Cell cell = cell_at(build.cell, q_start);
+    return command::planned_by(kind(), command::SetPointKind::kPair, [this, build](const expression::Places& q_start) {
+      const expression::Cell cell = expression::cell_at(build.cell, q_start);
       const JointVector &q = q_start.at(arm()), &q_follower = q_start.at(follower());
-      const auto grasp = grasp_at(cell, arm(), follower(), q, q_follower);
+      const auto grasp = activity::grasp_at(cell, arm(), follower(), q, q_follower);
       if (!grasp) return Planned(placed(grasp.error()));
-      auto plan = plan_pair_motions(requests, cell, pair_of(cell, *grasp), q, q_follower);
+      auto plan = plan_pair_motions(requests, cell, activity::pair_of(cell, *grasp), q, q_follower);
       if (!plan) return Planned(placed(plan.error()));
       build.notes.append(plan->notes);
-      return Planned(planned(*grasp, kind(), std::move(*plan)));
+      return Planned(activity::planned(*grasp, kind(), std::move(*plan)));
     });
   }
   [[nodiscard]] const char* kind() const { return requests.size() == 1 ? name_of(requests.front().kind) : "motions"; }
@@ -374,4 +375,4 @@ Operation motions_operation() {
           .read_command = read_motions};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

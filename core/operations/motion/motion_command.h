@@ -6,9 +6,9 @@
 #include "core/operations/motion/motion.h"
 
 /// Planned motions as commands of a transaction. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// @param source  of the motion, for diagnostics
 [[nodiscard]] std::unique_ptr<OperationCommand> motion_command(MotionTask motion, const OperationSource& source);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,13 +7,13 @@
 #include "core/kinematics/chain.h"
 #include "core/operations/motion/motion_plan.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using kinematics::JointVector;
 
 /// Where the tool is to be, in the frame in which the base drives.
-Result<Eigen::Isometry3d> tool_goal(const MotionTask& motion, const command::Cell& cell, const std::string& base,
+Result<Eigen::Isometry3d> tool_goal(const MotionTask& motion, const expression::Cell& cell, const std::string& base,
                                     const JointVector& q_base, const JointVector& q_arm) {
   const std::string& arm = motion.arm;
   const auto goal = resolve(motion.goal, cell, arm, q_arm);
@@ -33,11 +33,11 @@ std::unexpected<Diagnostics> below(const char* place, const Diagnostics& found) 
 
 }  // namespace
 
-Result<command::PlannedMotion> plan_on_base(const MotionTask& motion, const command::Cell& now,
-                                            const command::Places& places) {
+Result<command::PlannedMotion> plan_on_base(const MotionTask& motion, const expression::Cell& now,
+                                            const expression::Places& places) {
   const auto base = command::carrier_of(now, motion.arm);
   if (!base) return std::unexpected(base.error());
-  const command::Cell cell = cell_at(now, places);
+  const expression::Cell cell = expression::cell_at(now, places);
   const JointVector &q_base = places.at(*base), &q_arm = places.at(motion.arm);
   const auto X_goal = tool_goal(motion, cell, *base, q_base, q_arm);
   if (!X_goal) return below("/to", X_goal.error());
@@ -57,4 +57,4 @@ Result<command::PlannedMotion> plan_on_base(const MotionTask& motion, const comm
   return std::unexpected(std::move(renamed));
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

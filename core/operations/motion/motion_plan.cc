@@ -19,7 +19,7 @@
 #include "core/motion/reach_text.h"
 #include "core/operations/motion/clear_blends.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -29,7 +29,7 @@ using kinematics::JointVector;
 
 /// An arm with fewer than six joints goes to the place and turns the tool as near as it can; `notes` tells by how much
 /// it fails.
-std::optional<JointVector> nearest_place(const command::MountedArm& arm, const Eigen::Isometry3d& X_BT,
+std::optional<JointVector> nearest_place(const expression::MountedArm& arm, const Eigen::Isometry3d& X_BT,
                                          const JointVector& q, Diagnostics& notes) {
   const kinematics::Chain& chain = *arm.device->description().chain;
   auto place = kinematics::nearest_place(chain, X_BT, arm.X_FT, q);
@@ -42,7 +42,7 @@ std::optional<JointVector> nearest_place(const command::MountedArm& arm, const E
   return std::move(place->q);
 }
 
-Result<JointVector> nearest_configuration(const command::MountedArm& mounted, const Eigen::Isometry3d& X_BT,
+Result<JointVector> nearest_configuration(const expression::MountedArm& mounted, const Eigen::Isometry3d& X_BT,
                                           const JointVector& q, Diagnostics& notes) {
   const device::ArmDescription& arm = mounted.device->description();
   const Eigen::Isometry3d X_BF = X_BT * mounted.X_FT.inverse();
@@ -94,7 +94,7 @@ std::unexpected<Diagnostics> at_place(const Diagnostics& diagnostics, std::strin
 }
 
 /// A goal as a pose X_BT, whatever it is given as.
-Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell, const std::string& name,
+Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const expression::Cell& cell, const std::string& name,
                                     const JointVector& q) {
   const auto resolved = resolve(goal, cell, name, q);
   if (!resolved) return std::unexpected(resolved.error());
@@ -102,7 +102,7 @@ Result<Eigen::Isometry3d> goal_pose(const Goal& goal, const command::Cell& cell,
   return joints ? tool_pose(cell.arms.find(name)->second, *joints) : std::get<Eigen::Isometry3d>(*resolved);
 }
 
-Result<JointVector> joints_of(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+Result<JointVector> joints_of(const MotionTask& request, const expression::Cell& cell, const JointVector& q,
                               const Surroundings& surroundings, Diagnostics& notes) {
   if (request.free_solution) return free_solution(request, cell, q, surroundings);
   Diagnostics own;
@@ -111,8 +111,8 @@ Result<JointVector> joints_of(const MotionTask& request, const command::Cell& ce
   return joints ? joints : Result<JointVector>(at_place(joints.error(), "/to"));
 }
 
-Result<motion::Leg> arc_leg(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
+Result<motion::Leg> arc_leg(const MotionTask& request, const expression::Cell& cell, const JointVector& q) {
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(request.arm)->second);
   if (request.about) {
     const auto X_BI = cell.frames.pose(request.about->in, request.arm);
     if (!X_BI) return at_place(X_BI.error(), "/about/in");
@@ -131,8 +131,8 @@ Result<motion::Leg> arc_leg(const MotionTask& request, const command::Cell& cell
       motion::ArcThrough{.p_via = X_via->translation(), .X_BM_goal = *X_goal, .orientation = request.orientation});
 }
 
-Result<motion::Leg> through_leg(const MotionTask& request, const command::Cell& cell, const JointVector& q) {
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
+Result<motion::Leg> through_leg(const MotionTask& request, const expression::Cell& cell, const JointVector& q) {
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(request.arm)->second);
   std::vector<JointVector> joints;
   std::vector<Eigen::Isometry3d> poses;
   for (std::size_t i = 0; i < request.through.size(); ++i) {
@@ -144,9 +144,9 @@ Result<motion::Leg> through_leg(const MotionTask& request, const command::Cell& 
   return joints.empty() ? motion::spline_leg(arm, q, poses) : motion::spline_leg(arm, q, joints);
 }
 
-Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+Result<motion::Leg> geometry_of(const MotionTask& request, const expression::Cell& cell, const JointVector& q,
                                 const Surroundings& surroundings) {
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(request.arm)->second);
   switch (request.kind) {
     case PathKind::kPtp: {
       Diagnostics ignored;  // of a sequence only the way is told
@@ -168,7 +168,7 @@ Result<motion::Leg> geometry_of(const MotionTask& request, const command::Cell& 
   }
 }
 
-Result<motion::Leg> leg_of(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+Result<motion::Leg> leg_of(const MotionTask& request, const expression::Cell& cell, const JointVector& q,
                            const Surroundings& surroundings) {
   auto leg = geometry_of(request, cell, q, surroundings);
   if (!leg) return leg;
@@ -192,9 +192,9 @@ motion::LegMaker remembering(motion::LegMaker make) {
 }
 
 /// PTP and LIN alone have planners of their own: the shortest way from a goal to a motion.
-Result<motion::Motion> plan_single(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+Result<motion::Motion> plan_single(const MotionTask& request, const expression::Cell& cell, const JointVector& q,
                                    const Surroundings& surroundings, Diagnostics& notes) {
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(request.arm)->second);
   const motion::MotionOptions options{.velocity = request.velocity,
                                       .acceleration = request.acceleration,
                                       .linear_velocity = request.linear_velocity,
@@ -225,15 +225,15 @@ std::string moved_by(const MotionTask& request) {
   return request.follower.empty() ? request.arm : request.arm + "/" + request.follower;  // no name has a '/'
 }
 
-bool depends_on_moving_frame(const MotionTask& request, const command::Cell& cell) {
+bool depends_on_moving_frame(const MotionTask& request, const expression::Cell& cell) {
   const auto hangs = [&](const Goal& goal) { return depends_on_moving_frame(goal, cell, request.arm); };
   return hangs(request.goal) || (request.via && hangs(*request.via)) || std::ranges::any_of(request.through, hangs) ||
-         (request.about && moves(cell.frames, request.about->in, request.arm));
+         (request.about && expression::moves(cell.frames, request.about->in, request.arm));
 }
 
-Result<JointVector> goal_joints(const Goal& goal, const command::Cell& cell, const std::string& name,
+Result<JointVector> goal_joints(const Goal& goal, const expression::Cell& cell, const std::string& name,
                                 const JointVector& q, Diagnostics& notes) {
-  const command::MountedArm& arm = cell.arms.find(name)->second;
+  const expression::MountedArm& arm = cell.arms.find(name)->second;
   const auto resolved = resolve(goal, cell, name, q);
   if (!resolved) return std::unexpected(resolved.error());
   if (const auto* joints = std::get_if<JointVector>(&*resolved)) return *joints;
@@ -308,7 +308,7 @@ command::Weaves weaves_of(const std::vector<MotionTask>& requests) {
   return weaves;
 }
 
-Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& requests, const command::Cell& cell,
+Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& requests, const expression::Cell& cell,
                                           const JointVector& q, const Surroundings& surroundings) {
   const MotionTask& first = requests.front();
   const Surroundings around = surroundings ? surroundings : surroundings_at(cell, {});
@@ -320,14 +320,14 @@ Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& request
     placed.append(notes, first.pointer);
     return motion::SequencePlan{.motion = std::move(*motion), .notes = std::move(placed), .handed_over = {}};
   }
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(first.arm)->second);
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(first.arm)->second);
   auto plan = plan_clear_sequence(requests, cell, arm, q, leg_makers(requests, cell, around), around);
   if (!plan) return std::unexpected(of_motions(plan.error(), requests));
   plan->notes = notes_of_motions(plan->notes, requests);
   return plan;
 }
 
-std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests, const command::Cell& cell,
+std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests, const expression::Cell& cell,
                                          const Surroundings& surroundings) {
   const Surroundings around = surroundings ? surroundings : surroundings_at(cell, {});
   std::vector<motion::LegMaker> makers;
@@ -338,7 +338,7 @@ std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests
   return makers;
 }
 
-Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionTask>& requests, const command::Cell& cell,
+Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionTask>& requests, const expression::Cell& cell,
                                            const motion::ArmPair& pair, const JointVector& q_leader,
                                            const JointVector& q_follower) {
   auto plan = motion::plan_pair(pair, q_leader, q_follower, leg_makers(requests, cell));
@@ -360,9 +360,9 @@ Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionTask>& reques
 }
 
 Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from, const std::vector<MotionTask>& requests,
-                                               const command::Cell& cell, const Surroundings& surroundings) {
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(requests.front().arm)->second);
+                                               const expression::Cell& cell, const Surroundings& surroundings) {
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(requests.front().arm)->second);
   return motion::plan_take_over(arm, from, leg_makers(requests, cell, surroundings));
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -9,15 +9,15 @@
 #include "core/operations/motion/move_plan.h"
 
 /// From the parameters of motions to plans. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// Where it leads to, or how, changes while machines move: a goal in a frame that does.
-[[nodiscard]] bool depends_on_moving_frame(const MotionTask& request, const command::Cell& cell);
+[[nodiscard]] bool depends_on_moving_frame(const MotionTask& request, const expression::Cell& cell);
 
 /// Where a goal of an arm or a base lies in its joints: of a pose the solution next to q. `notes` tells how much an arm
 /// of few joints is turned away from it. @return diagnostics without a place: unknown frame, out of reach. Realtime:
 /// setup.
-[[nodiscard]] Result<kinematics::JointVector> goal_joints(const Goal& goal, const command::Cell& cell,
+[[nodiscard]] Result<kinematics::JointVector> goal_joints(const Goal& goal, const expression::Cell& cell,
                                                           const std::string& arm, const kinematics::JointVector& q,
                                                           Diagnostics& notes);
 
@@ -42,26 +42,26 @@ namespace takt::activity {
 /// @return the plan, or diagnostics with pointers below the step of the first motion; those of a later one are named in
 /// the text. Notes of the plan have the pointers of the file. Realtime: setup.
 [[nodiscard]] Result<motion::SequencePlan> plan_motions(const std::vector<MotionTask>& requests,
-                                                        const command::Cell& cell, const kinematics::JointVector& q,
+                                                        const expression::Cell& cell, const kinematics::JointVector& q,
                                                         const Surroundings& surroundings = {});
 
 /// Plans the same from a motion of this arm that is being carried out (motion::plan_take_over). @return the plan, or
 /// why it has to wait for the end of that one; pointers are the planner's. Realtime: setup.
 [[nodiscard]] Result<motion::SequencePlan> plan_motions_from(const motion::Departure& from,
                                                              const std::vector<MotionTask>& requests,
-                                                             const command::Cell& cell,
+                                                             const expression::Cell& cell,
                                                              const Surroundings& surroundings = {});
 
 /// Geometry of motions as planners want it. It refers to the requests and the cell.
 [[nodiscard]] std::vector<motion::LegMaker> leg_makers(const std::vector<MotionTask>& requests,
-                                                       const command::Cell& cell,
+                                                       const expression::Cell& cell,
                                                        const Surroundings& surroundings = {});
 
 /// Plans motions of two arms as one: of the leader's tool centre point, from where both stand. Diagnostics as of
 /// plan_motions(), those of the second arm at "/follower". Realtime: setup.
 [[nodiscard]] Result<motion::PairPlan> plan_pair_motions(const std::vector<MotionTask>& requests,
-                                                         const command::Cell& cell, const motion::ArmPair& pair,
+                                                         const expression::Cell& cell, const motion::ArmPair& pair,
                                                          const kinematics::JointVector& q_leader,
                                                          const kinematics::JointVector& q_follower);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -16,11 +16,11 @@
 #include "core/operations/table/scheduled_run.h"
 #include "core/operations/table/touch.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// How long they wait before they begin, for what others do meanwhile, s.
-double wait_of_moves(const std::vector<MotionTask>& requests, const ConcurrentMotions& meanwhile) {
+double wait_of_moves(const std::vector<MotionTask>& requests, const activity::ConcurrentMotions& meanwhile) {
   const auto move =
       std::ranges::find_if(requests, [](const MotionTask& request) { return request.kind == PathKind::kMove; });
   return move == requests.end() ? 0.0 : meanwhile.wait_before(move->pointer);
@@ -41,20 +41,20 @@ class MotionRun final : public ScheduledRun {
   }
 
  private:
-  [[nodiscard]] double wait_before(const Context& context) const override {
+  [[nodiscard]] double wait_before(const activity::Context& context) const override {
     return wait_of_moves(requests_, context.meanwhile);
   }
-  [[nodiscard]] ActivityPtr activity(Context& context) override {
+  [[nodiscard]] activity::ActivityPtr activity(activity::Context& context) override {
     return std::make_shared<const MotionActivity>(requests_.front().name, requests_, context.variables.biases,
                                                   context.meanwhile);
   }
 
-  void ended(Context& context) override {
+  void ended(activity::Context& context) override {
     for (const std::string& arm : {request_.arm, request_.follower}) context.variables.touches.erase(arm);
   }
-  Progress finish(Context& context, Diagnostics& diagnostics) override {
+  Progress finish(activity::Context& context, Diagnostics& diagnostics) override {
     if (!request_.until) return Progress::kDone;
-    const GuardedOutcome outcome = guarded_outcome(*run());
+    const activity::GuardedOutcome outcome = activity::guarded_outcome(*run());
     if (!outcome.touched()) return Progress::kDone;
     const Diagnostics lost = note_touch(context, request_.arm, *outcome.X_BT);
     diagnostics.append(lost, "/until");
@@ -118,7 +118,7 @@ class MotionStep final : public Step {
     const MotionTask& first = requests_.front();
     return {{first.arm, first.tool, first.pointer}};
   }
-  [[nodiscard]] bool can_blend_from(const command::Cell& cell) const override {
+  [[nodiscard]] bool can_blend_from(const expression::Cell& cell) const override {
     // What is laid over a path begins with it at rest, unless another motion of the same plan comes before.
     if (requests_.front().has_overlay()) return false;
     return std::ranges::none_of(
@@ -140,10 +140,10 @@ class MotionStep final : public Step {
       if (request.kind == PathKind::kMove) pointers.push_back(request.pointer);
     return pointers;
   }
-  [[nodiscard]] CheckedMotion checked(const command::Command& command, const command::Cell& cell) const {
+  [[nodiscard]] activity::CheckedMotion checked(const command::Command& command, const expression::Cell& cell) const {
     if (cell.shapes == nullptr) return {};
     const command::PlannedMotion& motion = *command.node()->model().planned_motion();
-    CheckedMotion checked{.tracks = tracks_of(motion, command.node()->actuator->model(), cell)};
+    activity::CheckedMotion checked{.tracks = activity::tracks_of(motion, command.node()->actuator->model(), cell)};
     for (std::size_t i = 0; i < requests_.size(); ++i) {
       const double begin = i == 0 || i > motion.handed_over.size() ? 0.0 : motion.handed_over[i - 1];
       checked.parts.push_back({begin, requests_[i].name, requests_[i].pointer, goal_on(requests_[i], cell)});
@@ -159,10 +159,10 @@ class MotionStep final : public Step {
     return checked;
   }
   /// Machines that it does not move itself and on which it depends where it goes to.
-  [[nodiscard]] static std::set<std::string> goal_on(const MotionTask& request, const command::Cell& cell) {
+  [[nodiscard]] static std::set<std::string> goal_on(const MotionTask& request, const expression::Cell& cell) {
     const auto* pose = std::get_if<Goal::Pose>(&request.goal.value);
     if (pose == nullptr) return {};
-    std::set<std::string> machines = movers_between(cell.frames, pose->in, request.arm);
+    std::set<std::string> machines = expression::movers_between(cell.frames, pose->in, request.arm);
     machines.erase(request.arm);
     machines.erase(request.follower);
     if (request.base_goal) return {};
@@ -208,4 +208,4 @@ class MotionStep final : public Step {
 
 std::unique_ptr<Step> motion_step(MotionTask motion) { return std::make_unique<MotionStep>(std::move(motion)); }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -4,7 +4,7 @@
 
 #include "core/operations/motion/motion_plan.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// One error at a key of a motion.
@@ -17,7 +17,8 @@ constexpr const char* kCheckSensor = "check the sensor's power and wiring";
 
 }  // namespace
 
-Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const GuardedEnd& end, const MotionPlaces& places) {
+Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const activity::GuardedEnd& end,
+                           const MotionPlaces& places) {
   Diagnostics diagnostics;
   if (end.no_force) {
     const std::size_t first = first_offset(tasks).value_or(0);
@@ -28,7 +29,7 @@ Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const GuardedEn
   if (end.broken) {
     const MotionPlace place = places(end.broken->motion);
     Diagnostics broken;
-    add_abort_diagnostic(end.broken->silent, place.pointer + (place.has_keys ? "/abort_if" : ""), broken);
+    activity::add_abort_diagnostic(end.broken->silent, place.pointer + (place.has_keys ? "/abort_if" : ""), broken);
     for (Diagnostic diagnostic : broken.list()) {
       diagnostic.message.insert(0, place.prefix);
       diagnostics.add(std::move(diagnostic));
@@ -37,7 +38,7 @@ Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const GuardedEn
   const MotionTask& last = tasks.back();
   if (diagnostics.has_errors() || !last.until) return diagnostics;
   const MotionPlace place = places(static_cast<int>(tasks.size()) - 1);
-  using enum GuardedOutcome::Kind;
+  using enum activity::GuardedOutcome::Kind;
   if (end.outcome.kind == kSensorSilent)
     add_error(place, "/until", Code::kSensorSilent,
               "a sensor of the condition did not answer, so the arm stopped on its path", kCheckSensor, diagnostics);
@@ -48,4 +49,4 @@ Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const GuardedEn
   return diagnostics;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "core/activity/dual_entry_motion.h"
 #include "core/operations/motion/motion.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// Where a diagnostic of one of several motions belongs.
 struct MotionPlace {
@@ -21,7 +21,7 @@ using MotionPlaces = std::function<MotionPlace(int motion)>;
 /// What is wrong with the way in which motions that are one have ended, whoever carries them out: a force or a
 /// condition that was not known any more, `abort_if`, a goal that was reached without the touch that was looked for.
 /// Realtime: setup.
-[[nodiscard]] Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const GuardedEnd& end,
+[[nodiscard]] Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const activity::GuardedEnd& end,
                                          const MotionPlaces& places);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

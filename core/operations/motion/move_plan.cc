@@ -16,7 +16,7 @@
 #include "core/planning/path_search.h"
 #include "core/planning/rounded_path.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using collision::CellShapes;
@@ -33,7 +33,7 @@ constexpr double kLooks = 100'000.0;
 /// A PTP keeps little more than the margin: its path is what it is.
 constexpr double kStraightClearance = 2e-4;  // m
 
-bool is_checked(const command::Cell& cell) { return cell.shapes != nullptr && cell.shapes->off.empty(); }
+bool is_checked(const expression::Cell& cell) { return cell.shapes != nullptr && cell.shapes->off.empty(); }
 
 /// Where postures are looked for: the range of the joints, of joints without end as far as half a turn, or 1 m, beyond
 /// what start and goals need.
@@ -57,19 +57,19 @@ Box box_around(const motion::ArmModel& arm, const JointVector& q, const std::vec
 }
 
 /// Machines that carry the arm and drive meanwhile stand where what is swept beside it is seen from.
-CellState seen_situation(const MotionTask& request, const command::Cell& cell, const Surroundings& surroundings) {
+CellState seen_situation(const MotionTask& request, const expression::Cell& cell, const Surroundings& surroundings) {
   CellState situation = surroundings.situation();
   const auto beside = surroundings.meanwhile.of(request.pointer);
   if (beside == nullptr) return situation;
-  for (const auto& [carrier, q] : beside->carriers) command::set_joints(*cell.shapes, carrier, q, situation.state);
+  for (const auto& [carrier, q] : beside->carriers) expression::set_joints(*cell.shapes, carrier, q, situation.state);
   return situation;
 }
 
 /// An arm in its surroundings, and where it can be.
 class ArmEnvironment {
  public:
-  ArmEnvironment(const command::Cell& cell, const MotionTask& request, const Surroundings& surroundings, const Box& box,
-                 double clearance)
+  ArmEnvironment(const expression::Cell& cell, const MotionTask& request, const Surroundings& surroundings,
+                 const Box& box, double clearance)
       : shapes_(*cell.shapes),
         situation_(seen_situation(request, cell, surroundings)),
         swept_(surroundings.meanwhile.beside(request.pointer)),
@@ -124,9 +124,9 @@ class ArmEnvironment {
 };
 
 /// All joint configurations of a goal, the nearest first.
-Result<std::vector<JointVector>> configurations(const MotionTask& request, const command::Cell& cell,
+Result<std::vector<JointVector>> configurations(const MotionTask& request, const expression::Cell& cell,
                                                 const JointVector& q) {
-  const command::MountedArm& mounted = cell.arms.find(request.arm)->second;
+  const expression::MountedArm& mounted = cell.arms.find(request.arm)->second;
   const kinematics::Chain& chain = *mounted.device->description().chain;
   const auto resolved = resolve(request.goal, cell, request.arm, q);
   if (!resolved) return std::unexpected(resolved.error());
@@ -190,19 +190,19 @@ std::unexpected<Diagnostics> no_path(const ArmEnvironment& around, const Obstruc
 
 }  // namespace
 
-Surroundings surroundings_at(const command::Cell& cell, command::Places places,
-                             std::optional<command::FingerWidths> widths) {
+Surroundings surroundings_at(const expression::Cell& cell, expression::Places places,
+                             std::optional<expression::FingerWidths> widths) {
   return {.situation = [&cell, places = std::move(places), widths = std::move(widths)] {
-    command::Places all = places;
+    expression::Places all = places;
     for (const auto& [name, arm] : cell.arms)
       all.try_emplace(name, arm.set_point().size() > 0 ? arm.set_point() : arm.start);
-    return command::believed_situation(cell, all, widths ? *widths : command::measured_widths(cell));
+    return expression::believed_situation(cell, all, widths ? *widths : expression::measured_widths(cell));
   }};
 }
 
-Result<motion::Leg> move_leg(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+Result<motion::Leg> move_leg(const MotionTask& request, const expression::Cell& cell, const JointVector& q,
                              const Surroundings& surroundings) {
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(request.arm)->second);
   const auto all = configurations(request, cell, q);
   if (!all) return at_goal(all.error());
   if (!is_checked(cell)) return motion::ptp_leg(arm, q, all->front());
@@ -223,9 +223,9 @@ Result<motion::Leg> move_leg(const MotionTask& request, const command::Cell& cel
   return planning::rounded_path(around.space(), arm, path->points);
 }
 
-Result<JointVector> free_solution(const MotionTask& request, const command::Cell& cell, const JointVector& q,
+Result<JointVector> free_solution(const MotionTask& request, const expression::Cell& cell, const JointVector& q,
                                   const Surroundings& surroundings) {
-  const motion::ArmModel arm = command::planning_model(cell.arms.find(request.arm)->second);
+  const motion::ArmModel arm = expression::planning_model(cell.arms.find(request.arm)->second);
   const auto all = configurations(request, cell, q);
   if (!all) return at_goal(all.error());
   if (!is_checked(cell)) return all->front();
@@ -243,4 +243,4 @@ Result<JointVector> free_solution(const MotionTask& request, const command::Cell
                  "Use 'move', which goes around obstacles");
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,7 +6,7 @@
 #include "core/activity/mode_change.h"
 #include "core/operations/table/scheduled_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 class ControlModeRun final : public ScheduledRun {
@@ -14,7 +14,9 @@ class ControlModeRun final : public ScheduledRun {
   explicit ControlModeRun(const ControlModeParameters& parameters) : parameters_(parameters) {}
 
  private:
-  [[nodiscard]] ActivityPtr activity(Context&) override { return mode_activity(parameters_.arm, parameters_.mode); }
+  [[nodiscard]] activity::ActivityPtr activity(activity::Context&) override {
+    return activity::mode_activity(parameters_.arm, parameters_.mode);
+  }
 
   const ControlModeParameters& parameters_;
 };
@@ -27,9 +29,9 @@ class ControlModeStep final : public Step {
     const device::Arm* arm = rehearsal.cell.arms.at(parameters_.arm).device;
     if (arm == nullptr) return;  // only names are known
     const auto is = rehearsal.modes.find(parameters_.arm);
-    diagnostics.append(
-        check_mode_change(*arm, is != rehearsal.modes.end() ? is->second : parameters_.mode, parameters_.mode),
-        pointer);
+    diagnostics.append(activity::check_mode_change(*arm, is != rehearsal.modes.end() ? is->second : parameters_.mode,
+                                                   parameters_.mode),
+                       pointer);
     rehearsal.modes[parameters_.arm] = parameters_.mode;
   }
 
@@ -63,4 +65,4 @@ Operation control_mode_operation() {
           .read_step = read_step<ControlModeStep, control_mode_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,7 +6,7 @@
 #include "core/operations/table/operation.h"
 
 /// "control_mode": brings an arm into a control mode while no net holds it. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct ControlModeParameters {
   std::string arm = {};  ///< empty: the only one
@@ -16,4 +16,4 @@ struct ControlModeParameters {
 [[nodiscard]] const ParameterTable<ControlModeParameters>& control_mode_parameters();
 [[nodiscard]] Operation control_mode_operation();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

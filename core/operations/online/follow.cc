@@ -6,7 +6,7 @@
 #include "core/expression/frame_sensors.h"
 #include "core/operations/command/command_step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 void check_follow(FollowParameters& follow, const ReadContext& from) {
@@ -27,9 +27,9 @@ class FollowCommand final : public OnlineCommand {
  private:
   [[nodiscard]] command::Action action_of(const BuildContext& context) const override {
     const command::TrackingParameters own = tool_limits(follow_);
-    const command::FrameSensor frame = command::pose_between(context.cell, follow_.in, follow_.arm);
+    const expression::FrameSensor frame = expression::pose_between(context.cell, follow_.in, follow_.arm);
     if (!follow_.channel) return command::follow(frame, own);
-    return command::follow(frame * command::channel<net::Frame>(context.cell, *follow_.channel), own);
+    return command::follow(frame * expression::channel<net::Frame>(context.cell, *follow_.channel), own);
   }
 
   FollowParameters follow_;
@@ -61,4 +61,4 @@ Operation follow_operation() {
           .read_command = read_command<FollowCommand, follow_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -17,23 +17,23 @@
 #include "core/operations/table/rehearsed_net.h"
 #include "core/operations/table/scheduled_run.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-using command::State;
+using expression::State;
 
 /// Unknown whether it is paused means that it is. Never null.
-State not_paused(const command::Cell& cell, const std::string& channel) {
-  const auto speed = command::channel<net::Real>(cell, channel);
+State not_paused(const expression::Cell& cell, const std::string& channel) {
+  const auto speed = expression::channel<net::Real>(cell, channel);
   return !is_null(speed) && is_greater(speed, 0.0);
 }
 
 /// While the motions of the arm are paused, by the program or by the operator, it does not yield.
-command::GuidanceParameters guidance_of(const FreedriveParameters& parameters, const command::Cell& cell,
-                                        const command::Biases& biases) {
+command::GuidanceParameters guidance_of(const FreedriveParameters& parameters, const expression::Cell& cell,
+                                        const expression::Biases& biases) {
   command::GuidanceParameters guidance{.linear_max = parameters.velocity, .angular_max = parameters.turn};
-  if (parameters.enabled) guidance.enabled = command::state_of(*parameters.enabled, cell, biases);
-  for (const std::string& channel : {cell.override_channel, speed_channel(parameters.arm)}) {
+  if (parameters.enabled) guidance.enabled = expression::state_of(*parameters.enabled, cell, biases);
+  for (const std::string& channel : {cell.override_channel, command::speed_channel(parameters.arm)}) {
     if (!cell.channels.contains(channel)) continue;
     const State going = not_paused(cell, channel);
     guidance.enabled = guidance.enabled ? *guidance.enabled && going : going;
@@ -41,22 +41,25 @@ command::GuidanceParameters guidance_of(const FreedriveParameters& parameters, c
   return guidance;
 }
 
-command::RuntimeCommand freedrive_command(const FreedriveParameters& parameters, const command::Cell& cell,
-                                          const command::Biases& biases) {
+command::RuntimeCommand freedrive_command(const FreedriveParameters& parameters, const expression::Cell& cell,
+                                          const expression::Biases& biases) {
   const auto guidance = guidance_of(parameters, cell, biases);
   command::RuntimeCommand guided("freedrive", command::arm(cell, parameters.arm),
                                  command::freedrive(cell, parameters.arm, guidance, biases));
-  if (parameters.until) guided.on_entered(command::state_of(*parameters.until, cell, biases), cancel(guided));
+  if (parameters.until) guided.on_entered(expression::state_of(*parameters.until, cell, biases), cancel(guided));
   if (parameters.seconds) guided.on_entered(guided.started().held_for(*parameters.seconds), cancel(guided));
-  if (parameters.abort_if) add_abort(guided, command::state_of(*parameters.abort_if, cell, biases), guided.name());
+  if (parameters.abort_if)
+    activity::add_abort(guided, expression::state_of(*parameters.abort_if, cell, biases), guided.name());
   return guided;
 }
 
 /// From the control mode that the arm is in back into that. Where it is then is unknown before the run.
-class FreedriveActivity final : public ActivityModel {
+class FreedriveActivity final : public activity::ActivityModel {
  public:
-  FreedriveActivity(FreedriveParameters parameters, const command::Cell& cell, command::Biases biases)
-      : ActivityModel(parameters.arm + " freedrive"), parameters_(std::move(parameters)), biases_(std::move(biases)) {
+  FreedriveActivity(FreedriveParameters parameters, const expression::Cell& cell, expression::Biases biases)
+      : activity::ActivityModel(parameters.arm + " freedrive"),
+        parameters_(std::move(parameters)),
+        biases_(std::move(biases)) {
     if (command::freedrive_kind(cell, parameters_.arm) == command::FreedriveKind::kSprings)
       modes_[parameters_.arm] = device::ControlMode::kJointImpedance;
   }
@@ -64,25 +67,27 @@ class FreedriveActivity final : public ActivityModel {
   [[nodiscard]] std::vector<std::string> actuators() const override { return {parameters_.arm}; }
   [[nodiscard]] bool begins_alone() const override { return !modes_.empty(); }
 
-  [[nodiscard]] Result<PlannedActivity> prepare(const PlanningContext& planning) const override {
-    PlannedActivity planned;
+  [[nodiscard]] Result<activity::PlannedActivity> prepare(const activity::PlanningContext& planning) const override {
+    activity::PlannedActivity planned;
     const auto guided = freedrive_command(parameters_, planning.cell, biases_);
     planned.command = guided;
     planned.modes = modes_;
     planned.returns = !modes_.empty();
     planned.touching = {parameters_.arm};
     planned.end_states[parameters_.arm] = {};
-    planned.verdict = [key = guided.name()](const RunView& run) { return abort_diagnostics(run, key); };
-    const ActuatorState& before = planning.predecessors.find(parameters_.arm)->second.at_end;
+    planned.verdict = [key = guided.name()](const activity::RunView& run) {
+      return activity::abort_diagnostics(run, key);
+    };
+    const activity::ActuatorState& before = planning.predecessors.find(parameters_.arm)->second.at_end;
     // Where a change of the mode takes the set point to shows only then.
-    if (modes_.empty() && before.q) planned.begins[parameters_.arm].push_back(seam_at_rest(*before.q));
+    if (modes_.empty() && before.q) planned.begins[parameters_.arm].push_back(activity::seam_at_rest(*before.q));
     return planned;
   }
 
  private:
   FreedriveParameters parameters_;
-  command::Biases biases_;
-  ControlModes modes_;  ///< into which the arm is brought before; empty: none
+  expression::Biases biases_;
+  activity::ControlModes modes_;  ///< into which the arm is brought before; empty: none
 };
 
 class FreedriveRun final : public ScheduledRun {
@@ -90,7 +95,7 @@ class FreedriveRun final : public ScheduledRun {
   explicit FreedriveRun(const FreedriveParameters& parameters) : parameters_(parameters) {}
 
  private:
-  [[nodiscard]] ActivityPtr activity(Context& context) override {
+  [[nodiscard]] activity::ActivityPtr activity(activity::Context& context) override {
     return freedrive_activity(parameters_, context.cell, context.variables.biases);
   }
   /// The control mode, and what the activity is made of, are not among the keys of this step.
@@ -156,8 +161,8 @@ const ParameterTable<FreedriveParameters>& freedrive_parameters() {
   return table;
 }
 
-ActivityPtr freedrive_activity(const FreedriveParameters& parameters, const command::Cell& cell,
-                               const command::Biases& biases) {
+activity::ActivityPtr freedrive_activity(const FreedriveParameters& parameters, const expression::Cell& cell,
+                                         const expression::Biases& biases) {
   return std::make_shared<const FreedriveActivity>(parameters, cell, biases);
 }
 
@@ -168,4 +173,4 @@ Operation freedrive_operation() {
           .read_step = read_freedrive_step};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -5,7 +5,7 @@
 #include "core/command/actions/device_action.h"
 #include "core/operations/command/command_step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 class HoldCommand final : public OnlineCommand {
@@ -35,4 +35,4 @@ Operation hold_operation() {
           .read_command = read_command<HoldCommand, hold_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

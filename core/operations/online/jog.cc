@@ -6,7 +6,7 @@
 #include "core/expression/frame_sensors.h"
 #include "core/operations/command/command_step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 void check_jog(JogParameters& jog, const ReadContext& from) {
@@ -31,19 +31,19 @@ class JogCommand final : public OnlineCommand {
 
  private:
   [[nodiscard]] command::Action action_of(const BuildContext& context) const override {
-    const command::State enabled = command::state_of(*jog_.enabled, context.cell, context.biases);
-    return command::jog(command::rotate(axes(context.cell), wanted(context.cell)), enabled, tool_limits(jog_));
+    const expression::State enabled = expression::state_of(*jog_.enabled, context.cell, context.biases);
+    return command::jog(expression::rotate(axes(context.cell), wanted(context.cell)), enabled, tool_limits(jog_));
   }
-  [[nodiscard]] command::TwistSensor wanted(const command::Cell& cell) const {
-    if (jog_.channel) return command::channel<net::Twist>(cell, *jog_.channel);
+  [[nodiscard]] expression::TwistSensor wanted(const expression::Cell& cell) const {
+    if (jog_.channel) return expression::channel<net::Twist>(cell, *jog_.channel);
     const Eigen::Vector3d none = Eigen::Vector3d::Zero();
     const net::Twist velocity{.linear = jog_.linear.value_or(none), .angular = jog_.angular.value_or(none)};
-    return command::TwistSensor(command::apply(net::ValueType::kTwist, "ConstantTwist",
-                                               {{"value", command::Term<net::Twist>(velocity).operand()}}));
+    return expression::TwistSensor(expression::apply(net::ValueType::kTwist, "ConstantTwist",
+                                                     {{"value", expression::Term<net::Twist>(velocity).operand()}}));
   }
-  [[nodiscard]] command::FrameTerm axes(const command::Cell& cell) const {
-    if (jog_.in == "tcp") return command::commanded_tool_pose(cell, jog_.arm);
-    return command::pose_between(cell, jog_.in, jog_.arm);
+  [[nodiscard]] expression::FrameTerm axes(const expression::Cell& cell) const {
+    if (jog_.in == "tcp") return expression::commanded_tool_pose(cell, jog_.arm);
+    return expression::pose_between(cell, jog_.in, jog_.arm);
   }
 
   JogParameters jog_;
@@ -79,4 +79,4 @@ Operation jog_operation() {
           .read_command = read_command<JogCommand, jog_parameters>};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -4,7 +4,7 @@
 
 #include "core/expression/device_sensors.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// A channel by its name. Its type can only be checked where channels are known.
 void check_channel(const std::string& name, net::ValueType type, const ReadContext& from) {
@@ -33,7 +33,7 @@ MadeCommand OnlineCommand::make(const BuildContext& context, const std::string&)
     made.handler_places.emplace_back("/seconds");
   }
   if (end_.until) {
-    moved.on_entered(command::state_of(*end_.until, context.cell, context.biases), cancel(moved));
+    moved.on_entered(expression::state_of(*end_.until, context.cell, context.biases), cancel(moved));
     made.handler_places.emplace_back("/until");
   }
   return made;
@@ -47,4 +47,4 @@ void OnlineCommand::rehearse(Rehearsal& rehearsal, Diagnostics&) const {
   rehearsal.duration += end_.seconds.value_or(0.0);
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -13,13 +13,13 @@
 
 /// What hold, jog and follow have in common: they move an arm, with set points found in the cycle, until a time, a
 /// condition or a cancel. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// What ends them in order.
 struct OnlineEnd {
   std::string arm;
   std::optional<double> seconds;  ///< s; nothing: until it is cancelled
-  std::optional<command::StateSource> until;
+  std::optional<expression::StateSource> until;
 };
 
 /// @param P  has the members of an OnlineEnd
@@ -67,4 +67,4 @@ class OnlineCommand : public OperationCommand {
   OnlineEnd end_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using collision::CellState;
@@ -84,7 +84,7 @@ class ConcurrentMotionCheck {
     return ends;
   }
   /// All that others move, without what it sweeps.
-  void add_bodies(MeanwhileSpace& space) const {
+  void add_bodies(activity::MeanwhileSpace& space) const {
     for (const std::set<int>* bodies : {&timed_bodies_, &any_bodies_})
       for (const int body : *bodies) space.swept.bodies.try_emplace(body);
     if (!view_) return;
@@ -102,7 +102,7 @@ class ConcurrentMotionCheck {
     for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
       const CellState situation = timeline_.situation_at(cuts[i]);
       const auto moving = moving_between(cuts[i], cuts[i + 1]);
-      const auto trajectory = trajectory_of(timeline_.cell(), tracks_of_all(moving), cuts[i], cuts[i + 1]);
+      const auto trajectory = activity::trajectory_of(timeline_.cell(), tracks_of_all(moving), cuts[i], cuts[i + 1]);
       std::set<int> left = timed_bodies_;
       int carried = -1;  // by which motion all that has none of its own is seen to move
       for (const PlayedStep* other : moving) {
@@ -131,7 +131,7 @@ class ConcurrentMotionCheck {
       std::vector<int> moved;
       std::ranges::set_difference(bodies, own_, std::back_inserter(moved));
       const auto trajectory =
-          trajectory_of(timeline_.cell(), {{&*other->motion, 0.0, other->stops}}, 0.0, other->stops);
+          activity::trajectory_of(timeline_.cell(), {{&*other->motion, 0.0, other->stops}}, 0.0, other->stops);
       add_swept(shapes_.scene, other->before.state, trajectory, moved, kSpacing,
                 std::numeric_limits<double>::quiet_NaN(), swept.source(other->motion->parts.front().step), swept,
                 view());
@@ -174,7 +174,7 @@ class ConcurrentMotionCheck {
   /// What joints move that are not below its arm.
   [[nodiscard]] std::set<int> moved_by_itself(const PlayedStep& other, const CellState& situation) const {
     std::vector<int> joints;
-    for (const ArmTrack& track : other.motion->tracks) {
+    for (const activity::ArmTrack& track : other.motion->tracks) {
       const auto arm = shapes_.arms.find(track.arm);
       if (arm == shapes_.arms.end() || carriers_.contains(track.arm)) continue;
       joints.insert(joints.end(), arm->second.joints.begin(), arm->second.joints.end());
@@ -206,8 +206,8 @@ class ConcurrentMotionCheck {
       if (other->begin <= from + kSameInstant && other->end() >= to - kSameInstant) moving.push_back(other);
     return moving;
   }
-  static std::vector<PlayedTrack> tracks_of_all(const std::vector<const PlayedStep*>& moving) {
-    std::vector<PlayedTrack> tracks;
+  static std::vector<activity::PlayedTrack> tracks_of_all(const std::vector<const PlayedStep*>& moving) {
+    std::vector<activity::PlayedTrack> tracks;
     for (const PlayedStep* other : moving) tracks.push_back({&*other->motion, other->begin, other->stops});
     return tracks;
   }
@@ -216,7 +216,7 @@ class ConcurrentMotionCheck {
     // What it holds is known from its begin on.
     const CellState situation = timeline_.situation_at(std::max(from, step_.begin));
     const auto moving = moving_between(from, to);
-    std::vector<PlayedTrack> tracks = tracks_of_all(moving);
+    std::vector<activity::PlayedTrack> tracks = tracks_of_all(moving);
     tracks.push_back({&*step_.motion, step_.begin + later, step_.stops});
     collision::Touching touching = step_.motion->touching;
     for (const PlayedStep* other : moving)
@@ -232,7 +232,7 @@ class ConcurrentMotionCheck {
     };
     options.bodies.assign(shapes_.scene.bodies().size(), false);
     for (const int body : own_) options.bodies[static_cast<std::size_t>(body)] = true;
-    const auto trajectory = trajectory_of(timeline_.cell(), std::move(tracks), from, to);
+    const auto trajectory = activity::trajectory_of(timeline_.cell(), std::move(tracks), from, to);
     for (const collision::Hit& hit : check_motion(shapes_.scene, situation.state, trajectory, options))
       times.push_back(from + hit.time - step_.begin);
   }
@@ -275,29 +275,29 @@ bool has_errors_below(const Diagnostics& diagnostics, const std::string& pointer
 }  // namespace
 
 bool MoveReview::review(const Timeline& timeline, const BranchParents& parents, const Diagnostics& said) {
-  std::map<std::string, MeanwhileSpace> found;
+  std::map<std::string, activity::MeanwhileSpace> found;
   for (const auto& step : timeline.played())
     if (!step->moves.empty()) review_step(timeline, parents, *step, said, found);
-  MeanwhileSpaces spaces = spaces_ != nullptr ? *spaces_ : MeanwhileSpaces{};
+  activity::MeanwhileSpaces spaces = spaces_ != nullptr ? *spaces_ : activity::MeanwhileSpaces{};
   bool changed = false;
   for (auto& [pointer, beside] : found) {
     if (const auto before = of_rounds_before(pointer)) add_poses(before->swept, beside.swept);
     auto& space = spaces[{parallel_, pointer}];
     if (space != nullptr && space->wait == beside.wait && same_space(space->swept, beside.swept)) continue;
-    space = std::make_shared<const MeanwhileSpace>(std::move(beside));
+    space = std::make_shared<const activity::MeanwhileSpace>(std::move(beside));
     changed = true;
   }
   if (!changed || ++rounds_ > kMostRounds) return false;
-  spaces_ = std::make_shared<const MeanwhileSpaces>(std::move(spaces));
+  spaces_ = std::make_shared<const activity::MeanwhileSpaces>(std::move(spaces));
   return true;
 }
 
-std::shared_ptr<const MeanwhileSpace> MoveReview::of_rounds_before(const std::string& pointer) const {
-  return ConcurrentMotions{before_, parallel_}.of(pointer);
+std::shared_ptr<const activity::MeanwhileSpace> MoveReview::of_rounds_before(const std::string& pointer) const {
+  return activity::ConcurrentMotions{before_, parallel_}.of(pointer);
 }
 
 void MoveReview::review_step(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step,
-                             const Diagnostics& said, std::map<std::string, MeanwhileSpace>& found) {
+                             const Diagnostics& said, std::map<std::string, activity::MeanwhileSpace>& found) {
   if (!timeline.cell().shapes->arms.contains(step.arm)) return;
   const ConcurrentMotionCheck beside(timeline, parents, step);
   if (!beside.matters()) return;
@@ -318,7 +318,7 @@ void MoveReview::review_step(const Timeline& timeline, const BranchParents& pare
     join(known.windows);
   }
   known.beside_any = beside.beside_any() && !known.leaves_out_any;
-  MeanwhileSpace space{.wait = known.wait};
+  activity::MeanwhileSpace space{.wait = known.wait};
   beside.add_bodies(space);
   for (const Window& window : known.windows) beside.add_window(window.from, window.to, space.swept);
   if (known.beside_any) beside.add_any(space.swept);
@@ -370,4 +370,4 @@ void MoveReview::give_up_any(const PlayedStep& step, const Diagnostics& said, Kn
   }
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

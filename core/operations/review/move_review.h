@@ -11,7 +11,7 @@
 
 /// Motions of `move` beside what other branches do meanwhile (docs/planning.md, "ConcurrentMotionCheck machines that
 /// move"). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// Branches of a parallel by number, each with the one that it is a part of. Number 0 is what is around all of them.
 using BranchParents = std::vector<int>;
@@ -26,14 +26,15 @@ class MoveReview {
     kInTheWay  ///< there is no path
   };
   /// @param parallel  its pointer   @param spaces  what was found; null: nothing so far
-  MoveReview(std::string parallel, std::shared_ptr<const MeanwhileSpaces> spaces, Unclear unclear = Unclear::kLeftOut)
+  MoveReview(std::string parallel, std::shared_ptr<const activity::MeanwhileSpaces> spaces,
+             Unclear unclear = Unclear::kLeftOut)
       : parallel_(std::move(parallel)), unclear_(unclear), before_(spaces), spaces_(std::move(spaces)) {}
 
   /// @param said  what playing all branches has said   @return true: a `move` has to be planned again
   [[nodiscard]] bool review(const Timeline& timeline, const BranchParents& parents, const Diagnostics& said);
 
   /// For the branches when they are played again, and for the run.
-  [[nodiscard]] const std::shared_ptr<const MeanwhileSpaces>& spaces() const { return spaces_; }
+  [[nodiscard]] const std::shared_ptr<const activity::MeanwhileSpaces>& spaces() const { return spaces_; }
   /// What people should know of it.
   [[nodiscard]] const Diagnostics& notes() const { return notes_; }
 
@@ -55,9 +56,9 @@ class MoveReview {
 
   static void join(std::vector<Window>& windows);
   void review_step(const Timeline& timeline, const BranchParents& parents, const PlayedStep& step,
-                   const Diagnostics& said, std::map<std::string, MeanwhileSpace>& found);
+                   const Diagnostics& said, std::map<std::string, activity::MeanwhileSpace>& found);
   /// What was found when this parallel was played before, in a loop or by another call; null: nothing.
-  [[nodiscard]] std::shared_ptr<const MeanwhileSpace> of_rounds_before(const std::string& pointer) const;
+  [[nodiscard]] std::shared_ptr<const activity::MeanwhileSpace> of_rounds_before(const std::string& pointer) const;
   /// No path keeps clear of what others sweep: it begins when the next of their motions has ended, if there is one.
   static void wait_longer(const PlayedStep& step, const std::vector<double>& ends, Known& known);
   /// No path keeps clear of what may come at any time: it is left out from now on.
@@ -65,10 +66,10 @@ class MoveReview {
 
   std::string parallel_;
   Unclear unclear_;
-  std::shared_ptr<const MeanwhileSpaces> before_, spaces_;
+  std::shared_ptr<const activity::MeanwhileSpaces> before_, spaces_;
   std::map<std::string, Known> known_;  ///< by the pointer of the first `move` of a step
   int rounds_ = 0;
   Diagnostics notes_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

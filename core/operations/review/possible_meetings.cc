@@ -12,7 +12,7 @@
 #include "core/collision/swept_space.h"
 #include "core/planning/sweep_tree.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using collision::CellShapes;
@@ -22,9 +22,10 @@ using collision::SweptSpace;
 /// Poses of what is swept lie so near to each other, m: half of it is what a meeting may be reported too early.
 constexpr double kPoseSpacing = 5e-3;
 
-std::set<int> moved_bodies(const CellShapes& shapes, const collision::State& state, const CheckedMotion& motion) {
+std::set<int> moved_bodies(const CellShapes& shapes, const collision::State& state,
+                           const activity::CheckedMotion& motion) {
   std::vector<int> joints;
-  for (const ArmTrack& track : motion.tracks) {
+  for (const activity::ArmTrack& track : motion.tracks) {
     const auto arm = shapes.arms.find(track.arm);
     if (arm != shapes.arms.end()) joints.insert(joints.end(), arm->second.joints.begin(), arm->second.joints.end());
   }
@@ -35,11 +36,11 @@ std::set<int> moved_bodies(const CellShapes& shapes, const collision::State& sta
   return bodies;
 }
 
-SweptSpace swept_by(const command::Cell& cell, const CellState& begin, const CheckedMotion& motion,
+SweptSpace swept_by(const expression::Cell& cell, const CellState& begin, const activity::CheckedMotion& motion,
                     const std::vector<int>& bodies) {
   SweptSpace swept;
-  const double stops = first_touch(cell, begin, motion).time;
-  const auto trajectory = trajectory_of(cell, {{&motion, 0.0, stops}}, 0.0, stops);
+  const double stops = activity::first_touch(cell, begin, motion).time;
+  const auto trajectory = activity::trajectory_of(cell, {{&motion, 0.0, stops}}, 0.0, stops);
   add_swept(cell.shapes->scene, begin.state, trajectory, bodies, kPoseSpacing, 0.0, 0, swept);
   return swept;
 }
@@ -51,7 +52,8 @@ struct Meeting {
 
 class Meetings {
  public:
-  Meetings(const command::Cell& cell, const CellState& begin, const CheckedMotion& a, const CheckedMotion& b)
+  Meetings(const expression::Cell& cell, const CellState& begin, const activity::CheckedMotion& a,
+           const activity::CheckedMotion& b)
       : shapes_(*cell.shapes), rules_(shapes_, begin) {
     touching_.insert(a.touching.begin(), a.touching.end());
     touching_.insert(b.touching.begin(), b.touching.end());
@@ -110,12 +112,12 @@ class Meetings {
 
 }  // namespace
 
-void note_possible_meetings(const command::Cell& cell, const CellState& begin, const CheckedMotion& a,
-                            const CheckedMotion& b, Diagnostics& diagnostics) {
+void note_possible_meetings(const expression::Cell& cell, const CellState& begin, const activity::CheckedMotion& a,
+                            const activity::CheckedMotion& b, Diagnostics& diagnostics) {
   if (a.tracks.empty() || b.tracks.empty()) return;
   const collision::Scene& scene = cell.shapes->scene;
   Meetings(cell, begin, a, b).find([&](int one, int other, const Meeting& meeting) {
-    const CheckedMotion::Part &of_a = a.part_at(meeting.time_a), &of_b = b.part_at(meeting.time_b);
+    const activity::CheckedMotion::Part &of_a = a.part_at(meeting.time_a), &of_b = b.part_at(meeting.time_b);
     diagnostics.add(
         {.severity = Severity::kNote,
          .code = Code::kCollision,
@@ -130,4 +132,4 @@ void note_possible_meetings(const command::Cell& cell, const CellState& begin, c
   });
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

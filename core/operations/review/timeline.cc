@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using collision::CellShapes;
@@ -20,31 +20,32 @@ const PlayedStep* mover_of(const std::set<std::string>& arms, const std::vector<
 
 }  // namespace
 
-FoundCollision found_in(const CheckedMotion& motion, const CellShapes& shapes, const collision::State& before,
-                        const collision::Hit& hit, double time) {
-  const CheckedMotion::Part& part = motion.part_at(time);
-  FoundCollision found{.step = part.step,
-                       .pointer = part.pointer,
-                       .a = shapes.scene.body(hit.a).name,
-                       .b = shapes.scene.body(hit.b).name,
-                       .time = time - part.begin,
-                       .distance = hit.distance,
-                       .state = before};
+activity::FoundCollision found_in(const activity::CheckedMotion& motion, const CellShapes& shapes,
+                                  const collision::State& before, const collision::Hit& hit, double time) {
+  const activity::CheckedMotion::Part& part = motion.part_at(time);
+  activity::FoundCollision found{.step = part.step,
+                                 .pointer = part.pointer,
+                                 .a = shapes.scene.body(hit.a).name,
+                                 .b = shapes.scene.body(hit.b).name,
+                                 .time = time - part.begin,
+                                 .distance = hit.distance,
+                                 .state = before};
   found.state.q = hit.q;
   return found;
 }
 
 bool PlayedStep::drives(const std::set<std::string>& arms) const {
-  return motion && std::ranges::any_of(motion->tracks, [&](const ArmTrack& track) { return arms.contains(track.arm); });
+  return motion &&
+         std::ranges::any_of(motion->tracks, [&](const activity::ArmTrack& track) { return arms.contains(track.arm); });
 }
 
-Timeline::Timeline(const command::Cell& cell, CellState begin, PlayedSteps played)
+Timeline::Timeline(const expression::Cell& cell, CellState begin, PlayedSteps played)
     : cell_(cell), shapes_(*cell.shapes), begin_(std::move(begin)), played_(std::move(played)) {
   for (const auto& step : played_) first_of_branch_.try_emplace(step->branch, step.get());
   find_borders();
 }
 
-void Timeline::check(std::vector<FoundCollision>* found, Diagnostics& diagnostics) {
+void Timeline::check(std::vector<activity::FoundCollision>* found, Diagnostics& diagnostics) {
   check_goals(diagnostics);
   for (std::size_t i = 0; i + 1 < borders_.size(); ++i) check_between(borders_[i], borders_[i + 1], found, diagnostics);
 }
@@ -53,16 +54,16 @@ void Timeline::check(std::vector<FoundCollision>* found, Diagnostics& diagnostic
 void Timeline::check_goals(Diagnostics& diagnostics) const {
   for (const auto& step : played_) {
     if (!step->motion) continue;
-    for (const CheckedMotion::Part& part : step->motion->parts) {
+    for (const activity::CheckedMotion::Part& part : step->motion->parts) {
       const auto moves_meanwhile = [&](const auto& other) {
         return other->branch != step->branch && other->drives(part.goal_on) && other->begin < step->end() - kSameTime &&
                other->end() > step->begin + kSameTime;
       };
       const auto other = std::ranges::find_if(played_, moves_meanwhile);
       if (other == played_.end()) continue;
-      const CheckedMotion& motion = *(*other)->motion;
-      const auto on =
-          std::ranges::find_if(motion.tracks, [&](const ArmTrack& track) { return part.goal_on.contains(track.arm); });
+      const activity::CheckedMotion& motion = *(*other)->motion;
+      const auto on = std::ranges::find_if(
+          motion.tracks, [&](const activity::ArmTrack& track) { return part.goal_on.contains(track.arm); });
       diagnostics.add(
           {.severity = step->timed && (*other)->timed ? Severity::kError : Severity::kNote,
            .code = Code::kUnknownPose,
@@ -85,9 +86,10 @@ void Timeline::find_borders() {
   borders_.erase(same.begin(), same.end());
 }
 
-void Timeline::check_between(double from, double to, std::vector<FoundCollision>* found, Diagnostics& diagnostics) {
+void Timeline::check_between(double from, double to, std::vector<activity::FoundCollision>* found,
+                             Diagnostics& diagnostics) {
   std::vector<const PlayedStep*> moving;
-  std::vector<PlayedTrack> tracks;
+  std::vector<activity::PlayedTrack> tracks;
   collision::Touching touching;
   for (const auto& step : played_) {
     if (!step->motion || step->begin > from + kSameTime || step->end() < to - kSameTime) continue;
@@ -107,13 +109,13 @@ void Timeline::check_between(double from, double to, std::vector<FoundCollision>
     return collision::rule_for(contact == collision::Contact::kMeant ? collision::Contact::kIgnored : contact,
                                collision::kSetDownOverlap);
   };
-  const collision::Trajectory trajectory = trajectory_of(cell_, std::move(tracks), from, to);
+  const collision::Trajectory trajectory = activity::trajectory_of(cell_, std::move(tracks), from, to);
   for (const collision::Hit& hit : collision::check_motion(shapes_.scene, at_begin.state, trajectory, options))
     report(hit, from, at_begin, moving, found, diagnostics);
 }
 
 void Timeline::report(const collision::Hit& hit, double from, const CellState& at_begin,
-                      const std::vector<const PlayedStep*>& moving, std::vector<FoundCollision>* found,
+                      const std::vector<const PlayedStep*>& moving, std::vector<activity::FoundCollision>* found,
                       Diagnostics& diagnostics) {
   const collision::Body &a = shapes_.scene.body(hit.a), &b = shapes_.scene.body(hit.b);
   const std::set<std::string> of_a = arms_of(hit.a, at_begin), of_b = arms_of(hit.b, at_begin);
@@ -123,11 +125,11 @@ void Timeline::report(const collision::Hit& hit, double from, const CellState& a
   if (first == nullptr) return;  // neither moves
   if (!reported_.insert({first, a.owner, b.owner}).second) return;
   const double time = from + hit.time;
-  FoundCollision one = found_in(*first->motion, shapes_, at_begin.state, hit, time - first->begin);
+  activity::FoundCollision one = found_in(*first->motion, shapes_, at_begin.state, hit, time - first->begin);
   std::string meanwhile;
   if (second != nullptr && second != first) meanwhile = second->motion->part_at(time - second->begin).step;
   const Severity severity = is_certain(of_a, of_b, time) ? Severity::kError : Severity::kNote;
-  diagnostics.add(diagnostic_of(one, shapes_, severity, meanwhile));
+  diagnostics.add(activity::diagnostic_of(one, shapes_, severity, meanwhile));
   if (found != nullptr) found->push_back(std::move(one));
 }
 
@@ -174,8 +176,8 @@ CellState Timeline::situation_at(double time) const {
     if (step->motion && step->end() <= time + kSameTime) over.push_back(step.get());
   std::ranges::stable_sort(over, {}, &PlayedStep::end);
   for (const PlayedStep* step : over)
-    for (const ArmTrack& track : step->motion->tracks)
-      command::set_joints(shapes_, track.arm, track.joints.at(track.joints.duration()), now.state);
+    for (const activity::ArmTrack& track : step->motion->tracks)
+      expression::set_joints(shapes_, track.arm, track.joints.at(track.joints.duration()), now.state);
   return now;
 }
 
@@ -212,4 +214,4 @@ void Timeline::put_fingers(double time, CellState& now) const {
   }
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -12,7 +12,7 @@
 #include "core/base/diagnostics.h"
 
 /// What the branches of a program do at the same time, as it is rehearsed (docs/world.md). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// Something of a branch at a time of the rehearsal: how it believes the cell to be, and the motion that begins then.
 struct PlayedStep {
@@ -20,7 +20,7 @@ struct PlayedStep {
   int branch = 0;
   bool timed = true;  ///< `begin` is known
   collision::CellState before;
-  std::optional<CheckedMotion> motion = {};
+  std::optional<activity::CheckedMotion> motion = {};
   double stops = 0.0;                   ///< s after its begin: the motion goes no further, it touches
   std::string arm = {};                 ///< of the motion of a `move`, also of one that finds no path
   std::vector<std::string> moves = {};  ///< pointers of the `move`s in it
@@ -35,20 +35,21 @@ struct PlayedStep {
 using PlayedSteps = std::vector<std::shared_ptr<const PlayedStep>>;
 
 /// A collision of a motion. @param time  s after the motion begins
-[[nodiscard]] FoundCollision found_in(const CheckedMotion& motion, const collision::CellShapes& shapes,
-                                      const collision::State& before, const collision::Hit& hit, double time);
+[[nodiscard]] activity::FoundCollision found_in(const activity::CheckedMotion& motion,
+                                                const collision::CellShapes& shapes, const collision::State& before,
+                                                const collision::Hit& hit, double time);
 
 /// Motions of one branch or of several, on one clock.
 class Timeline {
  public:
   /// The cell must outlive it. @param begin  how all of it is before anything of this happens
-  Timeline(const command::Cell& cell, collision::CellState begin, PlayedSteps played);
+  Timeline(const expression::Cell& cell, collision::CellState begin, PlayedSteps played);
 
   /// Checks all motions against each other and against what stands.
   /// @param found  gets the collisions; may be null
-  void check(std::vector<FoundCollision>* found, Diagnostics& diagnostics);
+  void check(std::vector<activity::FoundCollision>* found, Diagnostics& diagnostics);
 
-  [[nodiscard]] const command::Cell& cell() const { return cell_; }
+  [[nodiscard]] const expression::Cell& cell() const { return cell_; }
   [[nodiscard]] const PlayedSteps& played() const { return played_; }
   /// Times at which something begins, ends or changes hands, s, in their order.
   [[nodiscard]] const std::vector<double>& borders() const { return borders_; }
@@ -62,10 +63,10 @@ class Timeline {
   /// Goals on what moves meanwhile.
   void check_goals(Diagnostics& diagnostics) const;
   /// Between two borders nothing begins, ends or changes hands.
-  void check_between(double from, double to, std::vector<FoundCollision>* found, Diagnostics& diagnostics);
+  void check_between(double from, double to, std::vector<activity::FoundCollision>* found, Diagnostics& diagnostics);
   /// One for each pair of machines or objects: what follows of a collision is no news.
   void report(const collision::Hit& hit, double from, const collision::CellState& at_begin,
-              const std::vector<const PlayedStep*>& moving, std::vector<FoundCollision>* found,
+              const std::vector<const PlayedStep*>& moving, std::vector<activity::FoundCollision>* found,
               Diagnostics& diagnostics);
   /// Either one branch alone brings both where they meet, or all times are known until then.
   [[nodiscard]] bool is_certain(const std::set<std::string>& of_a, const std::set<std::string>& of_b,
@@ -76,7 +77,7 @@ class Timeline {
   void put_objects(double time, collision::CellState& now) const;
   void put_fingers(double time, collision::CellState& now) const;
 
-  const command::Cell& cell_;
+  const expression::Cell& cell_;
   const collision::CellShapes& shapes_;
   collision::CellState begin_;
   PlayedSteps played_;
@@ -85,4 +86,4 @@ class Timeline {
   std::set<std::tuple<const PlayedStep*, std::string, std::string>> reported_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

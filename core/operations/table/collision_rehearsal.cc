@@ -5,7 +5,7 @@
 
 #include "core/operations/table/step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using collision::CellShapes;
@@ -26,19 +26,19 @@ void add_unknown_arms(const CellShapes& shapes, const std::set<std::string>& arm
     if (arms.contains(rules.arm_of(body))) situation.unknown.insert(body);
 }
 
-void report_early_touches(const Rehearsal& rehearsal, const PlayedStep& step, const FirstTouch& touch,
+void report_early_touches(const Rehearsal& rehearsal, const PlayedStep& step, const activity::FirstTouch& touch,
                           Diagnostics& diagnostics) {
   const CellShapes& shapes = *rehearsal.cell.shapes;
   for (const collision::Hit& hit : touch.too_soon) {
-    FoundCollision one = found_in(*step.motion, shapes, step.before.state, hit, hit.time);
-    diagnostics.add(diagnostic_of(one, shapes, Severity::kError));
+    activity::FoundCollision one = found_in(*step.motion, shapes, step.before.state, hit, hit.time);
+    diagnostics.add(activity::diagnostic_of(one, shapes, Severity::kError));
     if (rehearsal.collisions.found != nullptr) rehearsal.collisions.found->push_back(std::move(one));
   }
 }
 
 /// An arm that was made compliant before may touch all the time.
-void add_compliant(const Rehearsal& rehearsal, CheckedMotion& motion) {
-  for (const ArmTrack& track : motion.tracks) {
+void add_compliant(const Rehearsal& rehearsal, activity::CheckedMotion& motion) {
+  for (const activity::ArmTrack& track : motion.tracks) {
     const auto mode = rehearsal.modes.find(track.arm);
     if (mode == rehearsal.modes.end() || mode->second == device::ControlMode::kPosition) continue;
     motion.touching.insert(track.arm);
@@ -67,7 +67,7 @@ std::shared_ptr<const PlayedStep> played_step(Rehearsal& rehearsal, TimedMotion 
                                               .moves = std::move(timed.moves),
                                               .may_wait = timed.branch == 0,
                                               .never_beside = std::move(timed.never_beside)});
-  const FirstTouch touch = first_touch(rehearsal.cell, step->before, *step->motion);
+  const activity::FirstTouch touch = activity::first_touch(rehearsal.cell, step->before, *step->motion);
   step->stops = touch.time;
   report_early_touches(rehearsal, *step, touch, diagnostics);
   if (PlayedSteps& played = rehearsal.collisions.played; !played.empty() && is_waiting(*played.back(), *step)) {
@@ -89,7 +89,7 @@ void note_situation(Rehearsal& rehearsal) {
 }
 
 /// Where the file puts one of two things that overlap: an object first, since it is moved more easily than a machine.
-std::string pointer_of_either(const command::Cell& cell, const std::string& a, const std::string& b) {
+std::string pointer_of_either(const expression::Cell& cell, const std::string& a, const std::string& b) {
   for (const std::string& one : {b, a})
     if (cell.objects.contains(one) && !cell.tool_sides.contains(one)) return "/objects" + pointer_segment(one);
   for (const std::string& one : {a, b})
@@ -132,19 +132,19 @@ void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics) {
   };
   const std::vector<bool> all(shapes.scene.bodies().size(), true);
   for (const collision::Hit& hit : check_state(shapes.scene, start.state, all, options)) {
-    FoundCollision one{
+    activity::FoundCollision one{
         .step = {},
         .pointer = pointer_of_either(rehearsal.cell, shapes.scene.body(hit.a).owner, shapes.scene.body(hit.b).owner),
         .a = shapes.scene.body(hit.a).name,
         .b = shapes.scene.body(hit.b).name,
         .distance = hit.distance,
         .state = start.state};
-    diagnostics.add(diagnostic_of(one, shapes, Severity::kError));
+    diagnostics.add(activity::diagnostic_of(one, shapes, Severity::kError));
     if (rehearsal.collisions.found != nullptr) rehearsal.collisions.found->push_back(std::move(one));
   }
 }
 
-void check_planned(Rehearsal& rehearsal, CheckedMotion motion, Diagnostics& diagnostics,
+void check_planned(Rehearsal& rehearsal, activity::CheckedMotion motion, Diagnostics& diagnostics,
                    const std::set<std::string>& unknown) {
   check_together(rehearsal, {{std::move(motion), 0.0}}, diagnostics, unknown);
 }
@@ -189,15 +189,15 @@ void check_fingers(const Rehearsal& rehearsal, const std::string& gripper, const
                                     }
                                   }};
   for (const collision::Hit& hit : collision::check_motion(shapes.scene, before.state, way, options)) {
-    FoundCollision one{.step = rehearsal.step,
-                       .pointer = pointer,
-                       .a = shapes.scene.body(hit.a).name,
-                       .b = shapes.scene.body(hit.b).name,
-                       .time = hit.time,
-                       .distance = hit.distance,
-                       .state = before.state};
+    activity::FoundCollision one{.step = rehearsal.step,
+                                 .pointer = pointer,
+                                 .a = shapes.scene.body(hit.a).name,
+                                 .b = shapes.scene.body(hit.b).name,
+                                 .time = hit.time,
+                                 .distance = hit.distance,
+                                 .state = before.state};
     one.state.q = hit.q;
-    diagnostics.add(diagnostic_of(one, shapes, Severity::kError));
+    diagnostics.add(activity::diagnostic_of(one, shapes, Severity::kError));
     if (rehearsal.collisions.found != nullptr) rehearsal.collisions.found->push_back(std::move(one));
   }
 }
@@ -229,7 +229,8 @@ void note_fingers(Rehearsal& rehearsal, const std::string& gripper, double width
   if (!checks_motions(rehearsal)) return;
   if (!object.empty()) {
     const double widest = rehearsal.cell.grippers.find(gripper)->second.device->description().stroke;
-    width = std::max(width, width_around(*rehearsal.cell.shapes, situation_of(rehearsal), gripper, object, widest));
+    width = std::max(width,
+                     activity::width_around(*rehearsal.cell.shapes, situation_of(rehearsal), gripper, object, widest));
   }
   rehearsal.collisions.widths[gripper] = width;
 }
@@ -302,4 +303,4 @@ void BranchesTogether::finish(Diagnostics& diagnostics) {
   record.meanwhile.parallel.clear();
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -13,20 +13,20 @@
 
 /// What planned motions are checked with while a program is rehearsed (docs/world.md). Nothing happens where the cell
 /// has no shapes, or its file switches the check off. Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 struct Rehearsal;
 
 /// What a rehearsal knows for the check. Copied with it.
 struct CollisionRecord {
-  command::FingerWidths widths;  ///< of grippers that have moved, m
+  expression::FingerWidths widths;  ///< of grippers that have moved, m
   /// Of all branches since the outermost parallel began; outside of one: empty.
   PlayedSteps played;
-  int branch = 0;                                ///< the one that is being played; 0: no parallel
-  std::shared_ptr<BranchParents> branches = {};  ///< all that there were in the outermost parallel
-  bool timed = true;                             ///< the times of this branch are known so far
-  std::vector<FoundCollision>* found = nullptr;  ///< who wants to see the collisions; null: nobody
-  ConcurrentMotions meanwhile = {};              ///< what others do while a `move` is carried out
+  int branch = 0;                                          ///< the one that is being played; 0: no parallel
+  std::shared_ptr<BranchParents> branches = {};            ///< all that there were in the outermost parallel
+  bool timed = true;                                       ///< the times of this branch are known so far
+  std::vector<activity::FoundCollision>* found = nullptr;  ///< who wants to see the collisions; null: nobody
+  activity::ConcurrentMotions meanwhile = {};              ///< what others do while a `move` is carried out
 };
 
 /// The cell as the rehearsal believes it to be now. The cell has shapes.
@@ -37,12 +37,12 @@ void check_start(const Rehearsal& rehearsal, Diagnostics& diagnostics);
 
 /// A planned motion, from where the rehearsal has the cell when it begins. In a parallel it is kept until all branches
 /// are known. @param unknown  arms of which nobody knows where they are meanwhile
-void check_planned(Rehearsal& rehearsal, CheckedMotion motion, Diagnostics& diagnostics,
+void check_planned(Rehearsal& rehearsal, activity::CheckedMotion motion, Diagnostics& diagnostics,
                    const std::set<std::string>& unknown = {});
 
 /// A planned motion of a net that has several.
 struct TimedMotion {
-  CheckedMotion motion;
+  activity::CheckedMotion motion;
   double begin = 0.0;                       ///< s after the net begins
   bool timed = true;                        ///< that is known
   int branch = 0;                           ///< that it is one of, in a parallel; 0: that which is being played
@@ -106,4 +106,4 @@ class BranchesTogether {
   std::size_t nets_ = 0, found_ = 0;           ///< how many there were before
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -11,7 +11,7 @@
 #include "core/kinematics/chain.h"
 #include "core/operations/table/step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using device::ControlMode;
@@ -62,9 +62,9 @@ class Values {
     if (numbers.size() == 1) return JointVector(JointVector::Constant(count, numbers.front()));
     return JointVector(JointVector::Map(numbers.data(), std::ssize(numbers)));
   }
-  [[nodiscard]] std::optional<command::Term<net::JointArray>> joints(const char* key, int count) const {
+  [[nodiscard]] std::optional<expression::Term<net::JointArray>> joints(const char* key, int count) const {
     const auto values = joint_values(key, count);
-    return values ? std::optional<command::Term<net::JointArray>>(net::JointArray(*values)) : std::nullopt;
+    return values ? std::optional<expression::Term<net::JointArray>>(net::JointArray(*values)) : std::nullopt;
   }
   [[nodiscard]] std::optional<Eigen::Vector3d> axes(const char* key) const {
     const auto found = values_.find(key);
@@ -255,7 +255,7 @@ device::Compliance springs_of(const ComplianceParameters& request, const device:
   return springs;
 }
 
-Diagnostics check_compliance(const ComplianceParameters& request, const command::Cell& cell,
+Diagnostics check_compliance(const ComplianceParameters& request, const expression::Cell& cell,
                              const std::vector<std::string>& arms) {
   Diagnostics found;
   const device::ArmDescription* first = nullptr;
@@ -280,7 +280,7 @@ void rehearse_mode(Rehearsal& rehearsal, const std::string& name, ControlMode ne
   if (arm == nullptr) return;  // only names are known
   const auto is = rehearsal.modes.find(name);
   const Diagnostics refused =
-      check_needed_mode(*arm, is != rehearsal.modes.end() ? std::optional(is->second) : std::nullopt, needed);
+      activity::check_needed_mode(*arm, is != rehearsal.modes.end() ? std::optional(is->second) : std::nullopt, needed);
   diagnostics.append(refused, pointer + "/compliance");
   if (!refused.has_errors()) rehearsal.modes[name] = needed;
 }
@@ -306,4 +306,4 @@ std::vector<std::pair<std::string, std::string>> places_of(const ComplianceParam
   return places;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

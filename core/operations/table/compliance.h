@@ -9,7 +9,7 @@
 #include "core/command/actions/compliance_action.h"
 #include "core/operations/table/parameter.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 struct Rehearsal;
 
@@ -57,7 +57,7 @@ void check_springs_of_two(const ComplianceParameters& request, const std::string
 
 /// What the devices of the arms do not allow that are compliant together, at its key below the step. Nothing of
 /// arms of which only the names are known.
-[[nodiscard]] Diagnostics check_compliance(const ComplianceParameters& request, const command::Cell& cell,
+[[nodiscard]] Diagnostics check_compliance(const ComplianceParameters& request, const expression::Cell& cell,
                                            const std::vector<std::string>& arms);
 
 /// In a rehearsal: whether the arms can be in that mode there, and what their devices do not allow. After it they are
@@ -73,4 +73,4 @@ void rehearse_mode(Rehearsal& rehearsal, const std::string& arm, device::Control
 /// Locations below the step for those that the command layer reports below a command: theirs, ours.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> places_of(const ComplianceParameters& request);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -9,12 +9,12 @@
 #include "core/expression/moving_frames.h"
 #include "core/kinematics/joint_range.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Goal::Joints read_joints(ObjectReader& reader, const command::MountedArm* arm) {
+Goal::Joints read_joints(ObjectReader& reader, const expression::MountedArm* arm) {
   // Without a device (a cell that cannot be built) any number of joints is right in form.
   const std::size_t count = arm && arm->device ? static_cast<std::size_t>(arm->device->joint_count()) : 0;
   const auto degrees = reader.numbers("joints_deg", count);
@@ -62,14 +62,15 @@ const std::vector<ParameterInfo>& goal_fields() {
   return fields;
 }
 
-Goal read_goal(ObjectReader& parent, const command::MountedArm* arm, std::string_view key) {
+Goal read_goal(ObjectReader& parent, const expression::MountedArm* arm, std::string_view key) {
   if (const Json* json = parent.child(key)) return read_goal(*json, parent.at(key), arm, parent.diagnostics());
   parent.diagnostics().error(Code::kMissing, parent.pointer(), fmt::format("key '{}' is missing", key),
                              "Give \"home\" or an object {...}");
   return {};
 }
 
-Goal read_goal(const Json& json, const std::string& pointer, const command::MountedArm* arm, Diagnostics& diagnostics) {
+Goal read_goal(const Json& json, const std::string& pointer, const expression::MountedArm* arm,
+               Diagnostics& diagnostics) {
   if (json == "home") return {Goal::Home{}};
   if (json.is_string()) {
     diagnostics.error(Code::kWrongType, pointer, fmt::format("unexpected value {}", short_dump(json)),
@@ -100,16 +101,16 @@ Goal read_goal(const Json& json, const std::string& pointer, const command::Moun
   return goal;
 }
 
-bool depends_on_moving_frame(const Goal& goal, const command::Cell& cell, const std::string& arm) {
+bool depends_on_moving_frame(const Goal& goal, const expression::Cell& cell, const std::string& arm) {
   const auto* pose = std::get_if<Goal::Pose>(&goal.value);
   const auto* step = std::get_if<Goal::Step>(&goal.value);
-  return (pose != nullptr && moves(cell.frames, pose->in, arm)) ||
-         (step != nullptr && moves(cell.frames, step->in, arm));
+  return (pose != nullptr && expression::moves(cell.frames, pose->in, arm)) ||
+         (step != nullptr && expression::moves(cell.frames, step->in, arm));
 }
 
-Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const std::string& name,
+Result<ResolvedGoal> resolve(const Goal& goal, const expression::Cell& cell, const std::string& name,
                              const kinematics::JointVector& q) {
-  const command::MountedArm& arm = cell.arms.find(name)->second;
+  const expression::MountedArm& arm = cell.arms.find(name)->second;
   const device::ArmDescription& model = arm.device->description();
   const auto turned = [&](const kinematics::JointVector& to) {
     return goal.absolute ? to : kinematics::in_nearest_turns(*model.chain, to, q);
@@ -142,4 +143,4 @@ Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const 
   return X_goal;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

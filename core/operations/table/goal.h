@@ -8,7 +8,7 @@
 
 #include "core/operations/table/parameter.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// Where a motion goes.
 ///   "home"                                                 the posture of the model's device file; {"home": true} too
@@ -56,10 +56,10 @@ struct Goal {
 /// Reads key "to" of a motion step (or another key). Diagnostics in the reader: not a goal, numbers that do not fit the
 /// arm.
 /// @param arm  null if the step names no arm that exists; then the number of joints is not checked. Realtime: setup.
-[[nodiscard]] Goal read_goal(ObjectReader& reader, const command::MountedArm* arm, std::string_view key = "to");
+[[nodiscard]] Goal read_goal(ObjectReader& reader, const expression::MountedArm* arm, std::string_view key = "to");
 /// Reads a goal that stands at `pointer`, in a list.
 [[nodiscard]] Goal read_goal(const nlohmann::ordered_json& json, const std::string& pointer,
-                             const command::MountedArm* arm, Diagnostics& diagnostics);
+                             const expression::MountedArm* arm, Diagnostics& diagnostics);
 
 /// A goal in numbers: joint positions, or the pose of the tool centre point T in the arm's base B.
 using ResolvedGoal = std::variant<kinematics::JointVector, Eigen::Isometry3d>;
@@ -67,11 +67,11 @@ using ResolvedGoal = std::variant<kinematics::JointVector, Eigen::Isometry3d>;
 /// @param arm  name of an arm of the cell
 /// @param q    where its set point is, rad or m
 /// @return the goal, or a diagnostic for an unknown frame. Realtime: setup.
-[[nodiscard]] Result<ResolvedGoal> resolve(const Goal& goal, const command::Cell& cell, const std::string& arm,
+[[nodiscard]] Result<ResolvedGoal> resolve(const Goal& goal, const expression::Cell& cell, const std::string& arm,
                                            const kinematics::JointVector& q);
 
 /// Where the goal lies changes while machines move: it is given in a frame that does. Not of the arm's own tool, from
 /// which steps are counted.
-[[nodiscard]] bool depends_on_moving_frame(const Goal& goal, const command::Cell& cell, const std::string& arm);
+[[nodiscard]] bool depends_on_moving_frame(const Goal& goal, const expression::Cell& cell, const std::string& arm);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

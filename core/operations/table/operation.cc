@@ -9,7 +9,7 @@
 
 #include "core/expression/condition.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// All operations of takt: NAME is defined by NAME_operation() in a file of its own (core/operations/README.md).
 // clang-format off
@@ -63,11 +63,11 @@ const Json* element(const Json& json, std::string_view segment) {
 }
 
 /// Times of handlers and states; all other numbers there are thresholds of conditions.
-std::optional<FileUnit> unit_in_handler(std::string_view pointer) {
+std::optional<net::FileUnit> unit_in_handler(std::string_view pointer) {
   const std::string_view key = pointer.substr(pointer.rfind('/') + 1);
-  if (key == "after_s" || key == "held_for_s") return file_unit("s");
-  if (key == "rate_Hz") return file_unit("Hz");
-  return command::unit_in_condition(pointer);
+  if (key == "after_s" || key == "held_for_s") return net::file_unit("s");
+  if (key == "rate_Hz") return net::file_unit("Hz");
+  return expression::unit_in_condition(pointer);
 }
 
 std::vector<std::string> names_of(const std::vector<Operation>& operations, const auto& has) {
@@ -129,7 +129,7 @@ Diagnostics OperationRegistration::check() const {
 
 // -- Units -----------------------------------------------------------------------------------------------------------
 
-std::optional<FileUnit> unit_in_operation(const Json& json, std::string_view pointer) {
+std::optional<net::FileUnit> unit_in_operation(const Json& json, std::string_view pointer) {
   if (!pointer.starts_with('/') || !json.is_object()) return std::nullopt;
   const std::string_view segment = first_segment(pointer);
   const std::string_view rest = pointer.substr(1 + segment.size());
@@ -146,4 +146,4 @@ std::optional<FileUnit> unit_in_operation(const Json& json, std::string_view poi
   return operation != nullptr ? unit_at(operation->parameters(), pointer) : std::nullopt;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

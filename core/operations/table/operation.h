@@ -14,7 +14,7 @@
 #include "core/operations/table/parameter_table.h"
 
 /// What a program can ask for by name: `lin`, `press`, `grip` (docs/operations.md). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 class OperationCommand;
 class Step;
@@ -23,7 +23,7 @@ class Step;
 struct OperationSource {
   const nlohmann::ordered_json& json;
   const std::string& pointer;  ///< of `json` in its file
-  const command::Cell& cell;
+  const expression::Cell& cell;
   Diagnostics& diagnostics;
 };
 
@@ -60,7 +60,8 @@ class Operations {
 /// The unit of the number at a JSON pointer below an operation, commands of transactions included.
 /// @param json  the operation as it is written; its key "do" says of which kind it is
 /// @return nothing if its parameters do not say, see unit_at()
-[[nodiscard]] std::optional<FileUnit> unit_in_operation(const nlohmann::ordered_json& json, std::string_view pointer);
+[[nodiscard]] std::optional<net::FileUnit> unit_in_operation(const nlohmann::ordered_json& json,
+                                                             std::string_view pointer);
 
 // -- What an operation is made of ------------------------------------------------------------------------------------
 
@@ -114,6 +115,6 @@ class OperationRegistration final : public Registration {
 /// Registers an operation in a plug-in: a function without parameters that returns it.
 ///   TAKT_OPERATION(blow_operation);
 #define TAKT_OPERATION(make) \
-  ::takt::activity::OperationRegistration registration_of_##make(::takt::own_registrations, make())
+  ::takt::operations::OperationRegistration registration_of_##make(::takt::own_registrations, make())
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -5,9 +5,9 @@
 
 #include "core/operations/table/contact_figures.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
-command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters(const command::Cell& cell) const {
+command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters(const expression::Cell& cell) const {
   command::ForceOffsetControlParameters control{
       .jerk_max = jerk_max, .direction_M = direction, .reach = reach, .retreat = retreat.value_or(reach)};
   control.force.force = force;
@@ -19,8 +19,8 @@ command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters(
   return control;
 }
 
-command::RealSensor ForceOffsetParameters::pressing(const std::string& arm, const command::Cell& cell,
-                                                    const command::Biases& biases) const {
+expression::RealSensor ForceOffsetParameters::pressing(const std::string& arm, const expression::Cell& cell,
+                                                       const expression::Biases& biases) const {
   return command::pressing_along(cell, sensor, direction, cell.arms.find(arm)->second.X_FT, biases);
 }
 
@@ -73,4 +73,4 @@ const ParameterTable<ForceOffsetParameters>& force_offset_parameters() {
   return table;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "core/operations/table/parameter_table.h"
 
 /// What a motion of a frame may have laid over it: a weave, a force offset (docs/scenarios.md). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// A shift of the path, along a direction of the tool, that holds a force.
 struct ForceOffsetParameters {
@@ -20,10 +20,10 @@ struct ForceOffsetParameters {
   /// m/s for each newton that is missing; nothing: from the arm's stiffness and delay (docs/force-control.md).
   std::optional<double> gain = {};
 
-  [[nodiscard]] command::ForceOffsetControlParameters control_parameters(const command::Cell& cell) const;
+  [[nodiscard]] command::ForceOffsetControlParameters control_parameters(const expression::Cell& cell) const;
   /// With how much force the tool of an arm presses.
-  [[nodiscard]] command::RealSensor pressing(const std::string& arm, const command::Cell& cell,
-                                             const command::Biases& biases) const;
+  [[nodiscard]] expression::RealSensor pressing(const std::string& arm, const expression::Cell& cell,
+                                                const expression::Biases& biases) const;
   bool operator==(const ForceOffsetParameters&) const = default;
 };
 
@@ -31,4 +31,4 @@ struct ForceOffsetParameters {
 [[nodiscard]] const ParameterTable<command::WeaveParameters>& weave_parameters();
 [[nodiscard]] const ParameterTable<ForceOffsetParameters>& force_offset_parameters();
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -11,7 +11,7 @@
 #include "core/expression/condition.h"
 #include "core/operations/table/parameter_table.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -88,7 +88,7 @@ std::string_view to_text(NameOf what) {
   return kTexts.at(static_cast<std::size_t>(what));
 }
 
-std::vector<std::string> names_in(const command::Cell& cell, NameOf what) {
+std::vector<std::string> names_in(const expression::Cell& cell, NameOf what) {
   std::vector<std::string> names;
   switch (what) {
     case NameOf::kArm:
@@ -155,7 +155,7 @@ std::string describe_type(const ParameterInfo& parameter) {
   return {};
 }
 
-std::optional<FileUnit> unit_at(std::span<const ParameterInfo> parameters, std::string_view pointer) {
+std::optional<net::FileUnit> unit_at(std::span<const ParameterInfo> parameters, std::string_view pointer) {
   if (!pointer.starts_with('/')) return std::nullopt;
   pointer.remove_prefix(1);
   const std::string_view segment = pointer.substr(0, pointer.find('/'));
@@ -164,12 +164,12 @@ std::optional<FileUnit> unit_at(std::span<const ParameterInfo> parameters, std::
   if (is_index(segment)) return unit_at(parameters, rest);
   const auto found = std::ranges::find(parameters, segment, &ParameterInfo::key);
   if (found == parameters.end()) return std::nullopt;
-  if (found->type == Type::kCondition) return command::unit_in_condition(rest);
+  if (found->type == Type::kCondition) return expression::unit_in_condition(rest);
   if (found->type == Type::kObject) return unit_at(found->fields, rest);
   if (found->unit_of_device) return std::nullopt;
   const bool counts = found->type == Type::kNumber || found->type == Type::kNumbers || found->type == Type::kVector ||
                       found->type == Type::kInteger;
-  return counts ? std::optional(file_unit(found->unit)) : std::nullopt;
+  return counts ? std::optional(net::file_unit(found->unit)) : std::nullopt;
 }
 
 Json schema_of(const ParameterInfo& parameter) {
@@ -218,4 +218,4 @@ void check_tool_name(const ToolChoice& choice, const ReadContext& from) {
       names.empty() ? "Remove 'tool': the cell has none" : nearest_choice(choice.tool, names));
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

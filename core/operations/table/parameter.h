@@ -15,11 +15,11 @@
 
 #include "core/base/object_reader.h"
 #include "core/expression/cell.h"
-#include "core/expression/file_unit.h"
+#include "core/net/file_unit.h"
 
 /// What the parameters of operations have in common, whatever their C++ types are (docs/operations.md). Realtime:
 /// setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// The members of a cell that a parameter may name.
 enum class NameOf { kArm, kSensor, kGripper, kToolChanger, kOutput, kObject, kNet };
@@ -27,7 +27,7 @@ enum class NameOf { kArm, kSensor, kGripper, kToolChanger, kOutput, kObject, kNe
 /// "arm", "force/torque sensor", ... for people.
 [[nodiscard]] std::string_view to_text(NameOf what);
 /// All names of this kind, in order.
-[[nodiscard]] std::vector<std::string> names_in(const command::Cell& cell, NameOf what);
+[[nodiscard]] std::vector<std::string> names_in(const expression::Cell& cell, NameOf what);
 
 /// One parameter as every form of an operation sees it: files, C++, schema, reference.
 struct ParameterInfo {
@@ -70,7 +70,7 @@ struct ParameterInfo {
 /// The unit of the number at a JSON pointer below an operation, such as "/compliance/stiffness_N_m" or
 /// "/to/position_m/2".
 /// @return nothing if the parameters do not say: an unknown key, or the value of a device with a unit of its own
-[[nodiscard]] std::optional<FileUnit> unit_at(std::span<const ParameterInfo> parameters, std::string_view pointer);
+[[nodiscard]] std::optional<net::FileUnit> unit_at(std::span<const ParameterInfo> parameters, std::string_view pointer);
 
 /// The schema of one parameter, without references to other parts of the file's schema but "#/definitions/...".
 [[nodiscard]] nlohmann::ordered_json schema_of(const ParameterInfo& parameter);
@@ -78,7 +78,7 @@ struct ParameterInfo {
 /// What a table reads from.
 struct ReadContext {
   ObjectReader& reader;
-  const command::Cell& cell;
+  const expression::Cell& cell;
   /// Keys whose values a program has given in a form that files do not have, a state for instance.
   const std::set<std::string, std::less<>>* given = nullptr;
 
@@ -110,4 +110,4 @@ class ParameterWriter {
   std::unique_ptr<nlohmann::ordered_json> json_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

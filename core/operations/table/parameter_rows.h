@@ -9,7 +9,7 @@
 #include "core/base/read_parts.h"
 #include "core/operations/table/parameter.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// What is done with the parameters of an operation, whatever they are: they are read from a file, written as a file
 /// would have them, and accepted from a program with the same checks. ParameterTable describes them. Realtime: setup.
@@ -28,7 +28,7 @@ class ParameterRows {
 
   /// Reads the keys "do" and "name", all parameters, and reports keys that do not exist.
   /// @return what could be read; diagnostics of all that is wrong are in the reader
-  [[nodiscard]] P read(ObjectReader& reader, const command::Cell& cell) const {
+  [[nodiscard]] P read(ObjectReader& reader, const expression::Cell& cell) const {
     P p;
     p.pointer = reader.pointer();
     (void)reader.text("do", "");
@@ -54,7 +54,7 @@ class ParameterRows {
 
   /// Parameters that a program has set, as if a file had them: names of the only one of its kind are filled in, rules
   /// applied. @return them; or what is wrong, as for a file with these values
-  [[nodiscard]] Result<P> accept(P p, const command::Cell& cell) const {
+  [[nodiscard]] Result<P> accept(P p, const expression::Cell& cell) const {
     Diagnostics diagnostics;
     ParameterWriter writer;
     write(p, writer);
@@ -63,12 +63,12 @@ class ParameterRows {
     if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
     return p;
   }
-  [[nodiscard]] Diagnostics check(const P& p, const command::Cell& cell) const {
+  [[nodiscard]] Diagnostics check(const P& p, const expression::Cell& cell) const {
     const auto accepted = accept(p, cell);
     return accepted ? Diagnostics() : accepted.error();
   }
   /// The same for an object inside of an operation. @param reader  of what write() made of it
-  void settle(P& p, ObjectReader& reader, const command::Cell& cell) const {
+  void settle(P& p, ObjectReader& reader, const expression::Cell& cell) const {
     std::set<std::string, std::less<>> given;
     const ReadContext from{reader, cell, &given};
     P read;
@@ -107,4 +107,4 @@ class ParameterRows {
   std::vector<std::function<void(P&, const ReadContext&)>> rules_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -14,7 +14,7 @@
 #include "core/operations/table/parameter_type.h"
 #include "core/operations/table/tool_choice.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// A tool that a program names exists somewhere in the cell; where, is known when it is used.
 void check_tool_name(const ToolChoice& choice, const ReadContext& from);
@@ -136,7 +136,7 @@ class ParameterTable : public ParameterRows<P> {
     return add(
         std::move(info),
         [access](const ParameterInfo& row, const ReadContext& from, P& p) {
-          std::invoke(access, p) = command::read_condition(from.reader, row.key, from.cell, row.required);
+          std::invoke(access, p) = expression::read_condition(from.reader, row.key, from.cell, row.required);
         },
         [](const ParameterInfo&, const P&, ParameterWriter&) {},
         {.is_given = [access](const P& p) { return get(access, p).has_value(); }});
@@ -285,4 +285,4 @@ void add_common_parameters(ParameterTable<P>& table) {
       .condition("abort_if", &P::abort_if, "Comes to rest and fails when this becomes true.");
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -1,9 +1,9 @@
 #include "core/operations/table/parameter_type.h"
 
 #include "core/base/read_parts.h"
-#include "core/expression/file_unit.h"
+#include "core/net/file_unit.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Type = ParameterInfo::Type;
@@ -16,7 +16,7 @@ std::optional<Value> divided(const std::optional<Value>& value, double by) {
 }  // namespace
 
 ParameterType<double> number_type(std::string_view unit, const Range& range) {
-  const double si = file_unit(unit).si_per_unit;
+  const double si = net::file_unit(unit).si_per_unit;
   return {.info = {.type = Type::kNumber, .unit = std::string(unit), .range = range},
           .read =
               [si](const ParameterInfo& row, ObjectReader& reader, const std::optional<double>& fallback) {
@@ -29,7 +29,7 @@ ParameterType<double> number_type(std::string_view unit, const Range& range) {
 
 ParameterType<Eigen::Vector3d> vector_type(std::string_view unit) {
   using Vector = Eigen::Vector3d;
-  const double si = file_unit(unit).si_per_unit;
+  const double si = net::file_unit(unit).si_per_unit;
   return {
       .info = {.type = Type::kVector, .unit = std::string(unit)},
       .read = [si](const ParameterInfo& row, ObjectReader& reader, const std::optional<Vector>& fallback) -> Vector {
@@ -88,4 +88,4 @@ ParameterType<std::vector<std::string>> texts_type() {
           .text = [](const Texts&) { return std::string(); }};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -12,7 +12,7 @@
 
 /// The types of parameters: how a value gets from a file into C++ and back, whichever operation has it. Realtime:
 /// setup.
-namespace takt::activity {
+namespace takt::operations {
 
 template <class Value>
 struct ParameterType {
@@ -57,4 +57,4 @@ template <class Value>
   return type;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

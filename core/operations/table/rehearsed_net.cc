@@ -8,14 +8,14 @@
 #include "core/command/single_net.h"
 #include "core/net/compiled_net.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 namespace {
 
 /// An arm's own channels, in which its motions show their clocks: they go with the arm.
-bool goes_with_an_arm(const std::string& name, const command::Cell& cell) {
+bool goes_with_an_arm(const std::string& name, const expression::Cell& cell) {
   return std::ranges::any_of(cell.arms, [&](const auto& arm) {
-    return name == path_time_channel(arm.first) || name == path_rate_channel(arm.first);
+    return name == command::path_time_channel(arm.first) || name == command::path_rate_channel(arm.first);
   });
 }
 
@@ -54,4 +54,4 @@ void rehearse_command(const command::Command& command, const std::string& title,
   }
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,7 +6,7 @@
 #include "core/net/description.h"
 #include "core/operations/table/step.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// Verifies a net as LOAD will, so that what is wrong with it is known before anything moves. Realtime: setup.
 void rehearse_net(const net::NetDescription& description, const Rehearsal& rehearsal, const std::string& pointer,
@@ -17,4 +17,4 @@ void rehearse_net(const net::NetDescription& description, const Rehearsal& rehea
 void rehearse_command(const command::Command& command, const std::string& title, const Rehearsal& rehearsal,
                       const std::string& pointer, Diagnostics& diagnostics);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

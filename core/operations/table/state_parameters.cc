@@ -10,7 +10,7 @@
 #include "core/expression/condition_state.h"
 #include "core/expression/device_sensors.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -24,7 +24,7 @@ void append_names(const Map& map, std::vector<std::string>& names) {
   for (const auto& [name, device] : map) names.push_back(name);
 }
 
-std::vector<std::string> actuators_of(const command::Cell& cell) {
+std::vector<std::string> actuators_of(const expression::Cell& cell) {
   std::vector<std::string> names;
   append_names(cell.arms, names);
   append_names(cell.grippers, names);
@@ -48,7 +48,7 @@ void read_action(ObjectReader& reader, StateParameters& state) {
 }
 
 /// Recursion is bounded by the depth that JSON files may have.
-std::vector<StateParameters> read_operands(ObjectReader& reader, const char* key, const command::Cell& cell) {
+std::vector<StateParameters> read_operands(ObjectReader& reader, const char* key, const expression::Cell& cell) {
   std::vector<StateParameters> operands;
   const Json* list = reader.array(key);
   for (std::size_t i = 0; list && i < list->size(); ++i) {
@@ -60,7 +60,7 @@ std::vector<StateParameters> read_operands(ObjectReader& reader, const char* key
 }
 
 /// What conditions do not know. @return false: it is a condition.
-bool read_own_form(ObjectReader& reader, const command::Cell& cell, StateParameters& state) {
+bool read_own_form(ObjectReader& reader, const expression::Cell& cell, StateParameters& state) {
   if (reader.has("all") || reader.has("any")) {
     const bool all = reader.has("all");
     state.kind = all ? StateKind::kAll : StateKind::kAny;
@@ -101,7 +101,7 @@ bool is_known_form(const Json& json) {
 
 }  // namespace
 
-StateParameters read_state(const Json& json, const std::string& pointer, const command::Cell& cell,
+StateParameters read_state(const Json& json, const std::string& pointer, const expression::Cell& cell,
                            Diagnostics& diagnostics) {
   StateParameters state;
   state.pointer = pointer;
@@ -120,7 +120,7 @@ StateParameters read_state(const Json& json, const std::string& pointer, const c
   }
   Json alone = json;
   alone.erase("held_for_s");
-  auto condition = command::parse_condition(alone, pointer, cell);
+  auto condition = expression::parse_condition(alone, pointer, cell);
   if (condition) {
     state.condition = std::move(*condition);
   } else {
@@ -129,7 +129,7 @@ StateParameters read_state(const Json& json, const std::string& pointer, const c
   return state;
 }
 
-ValueParameters read_value(const Json& json, const std::string& pointer, const command::Cell& cell,
+ValueParameters read_value(const Json& json, const std::string& pointer, const expression::Cell& cell,
                            Diagnostics& diagnostics) {
   ValueParameters value;
   ObjectReader reader(json, pointer, diagnostics);
@@ -158,13 +158,13 @@ ValueParameters read_value(const Json& json, const std::string& pointer, const c
   } else {
     append_names(cell.sensors, names);
     of("sensor", ValueParameters::Kind::kForce);
-    value.quantity = command::read_quantity(reader);
+    value.quantity = expression::read_quantity(reader);
   }
   reader.finish();
   return value;
 }
 
-bool is_boolean(const ValueParameters& value, const command::Cell& cell) {
+bool is_boolean(const ValueParameters& value, const expression::Cell& cell) {
   if (value.kind == ValueParameters::Kind::kInput) return cell.digital_inputs.contains(value.of);
   if (value.kind != ValueParameters::Kind::kChannel) return false;
   const auto found = cell.channels.find(value.of);  // null where only names are known yet
@@ -172,7 +172,7 @@ bool is_boolean(const ValueParameters& value, const command::Cell& cell) {
          found->second->description().type == net::ValueType::kBoolean;
 }
 
-bool check_number(const ValueParameters& value, const command::Cell& cell, const std::string& pointer,
+bool check_number(const ValueParameters& value, const expression::Cell& cell, const std::string& pointer,
                   Diagnostics& diagnostics) {
   const auto refuse = [&](const char* key, std::string_view is, const char* way_out) {
     diagnostics.error(Code::kInvalidValue, pointer + key, fmt::format("'{}' is {}", value.of, is), way_out);
@@ -188,10 +188,10 @@ bool check_number(const ValueParameters& value, const command::Cell& cell, const
          refuse("/channel", fmt::format("a channel of {}", net::name_of(type)), "a channel of Real");
 }
 
-std::optional<std::string> unit_of(const ValueParameters& value, const command::Cell& cell) {
+std::optional<std::string> unit_of(const ValueParameters& value, const expression::Cell& cell) {
   switch (value.kind) {
     case ValueParameters::Kind::kForce:
-      return command::is_torque(value.quantity) ? "Nm" : "N";
+      return expression::is_torque(value.quantity) ? "Nm" : "N";
     case ValueParameters::Kind::kWidth:
       return "m";
     case ValueParameters::Kind::kSpeed:
@@ -210,24 +210,25 @@ std::optional<std::string> unit_of(const ValueParameters& value, const command::
   }
 }
 
-command::RealSensor number_of(const ValueParameters& value, const command::Cell& cell, const command::Biases& biases) {
+expression::RealSensor number_of(const ValueParameters& value, const expression::Cell& cell,
+                                 const expression::Biases& biases) {
   switch (value.kind) {
     case ValueParameters::Kind::kForce:
-      return command::contact_quantity(cell, value.of, value.quantity, biases);
+      return expression::contact_quantity(cell, value.of, value.quantity, biases);
     case ValueParameters::Kind::kWidth:
-      return command::gripper_width(cell, value.of);
+      return expression::gripper_width(cell, value.of);
     case ValueParameters::Kind::kSpeed:
-      return norm(linear(command::tool_twist(cell, value.of)));
+      return norm(linear(expression::tool_twist(cell, value.of)));
     case ValueParameters::Kind::kInput:
-      return command::analog_input(cell, value.of);
+      return expression::analog_input(cell, value.of);
     default:
-      return command::channel<net::Real>(cell, value.of);
+      return expression::channel<net::Real>(cell, value.of);
   }
 }
 
-command::State boolean_of(const ValueParameters& value, const command::Cell& cell) {
-  if (value.kind == ValueParameters::Kind::kInput) return command::digital_input(cell, value.of);
-  return command::State(command::channel<net::Boolean>(cell, value.of).node());
+expression::State boolean_of(const ValueParameters& value, const expression::Cell& cell) {
+  if (value.kind == ValueParameters::Kind::kInput) return expression::digital_input(cell, value.of);
+  return expression::State(expression::channel<net::Boolean>(cell, value.of).node());
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -11,7 +11,7 @@
 #include "core/expression/condition.h"
 #include "core/expression/state.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// The state of an event of a transaction, as a file has it:
 ///   a condition over sensors (core/expression/condition.h)
@@ -27,7 +27,7 @@ struct StateParameters {
   enum class Kind { kCondition, kCommand, kAction, kActuator, kRaised, kAll, kAny, kNot };
   Kind kind = Kind::kCondition;
   std::string pointer;
-  command::Condition condition;           ///< of kCondition
+  expression::Condition condition;        ///< of kCondition
   std::string of;                         ///< command, device, or raised state
   std::string is;                         ///< which state of it; of kAction "at_path" and "via_passed" too
   double share = 0.0;                     ///< of "at_path"
@@ -37,7 +37,7 @@ struct StateParameters {
 };
 /// Diagnostics: all that is wrong with its form. Realtime: setup.
 [[nodiscard]] StateParameters read_state(const nlohmann::ordered_json& json, const std::string& pointer,
-                                         const command::Cell& cell, Diagnostics& diagnostics);
+                                         const expression::Cell& cell, Diagnostics& diagnostics);
 
 /// A value that a transaction captures, or that an output follows, as a file has it:
 ///   {"sensor": NAME, "quantity": Q}     as in conditions
@@ -48,20 +48,20 @@ struct ValueParameters {
   enum class Kind { kForce, kInput, kWidth, kChannel, kSpeed, kProgress };
   Kind kind = Kind::kForce;
   std::string of;
-  command::Quantity quantity = command::Quantity::kForce;
+  expression::Quantity quantity = expression::Quantity::kForce;
 };
 [[nodiscard]] ValueParameters read_value(const nlohmann::ordered_json& json, const std::string& pointer,
-                                         const command::Cell& cell, Diagnostics& diagnostics);
+                                         const expression::Cell& cell, Diagnostics& diagnostics);
 /// Whether it is a number for sure, and not true or false; false with a diagnostic below the pointer.
-bool check_number(const ValueParameters& value, const command::Cell& cell, const std::string& pointer,
+bool check_number(const ValueParameters& value, const expression::Cell& cell, const std::string& pointer,
                   Diagnostics& diagnostics);
 /// Its unit; null for one that does not exist, or is no number.
-[[nodiscard]] std::optional<std::string> unit_of(const ValueParameters& value, const command::Cell& cell);
+[[nodiscard]] std::optional<std::string> unit_of(const ValueParameters& value, const expression::Cell& cell);
 /// The number as a sensor. Not of kProgress. @param biases  as tared until now
-[[nodiscard]] command::RealSensor number_of(const ValueParameters& value, const command::Cell& cell,
-                                            const command::Biases& biases);
+[[nodiscard]] expression::RealSensor number_of(const ValueParameters& value, const expression::Cell& cell,
+                                               const expression::Biases& biases);
 /// It is true or false: a digital input, a Boolean channel.
-[[nodiscard]] bool is_boolean(const ValueParameters& value, const command::Cell& cell);
-[[nodiscard]] command::State boolean_of(const ValueParameters& value, const command::Cell& cell);
+[[nodiscard]] bool is_boolean(const ValueParameters& value, const expression::Cell& cell);
+[[nodiscard]] expression::State boolean_of(const ValueParameters& value, const expression::Cell& cell);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace takt::activity {
+namespace takt::operations {
 
 nlohmann::ordered_json Step::left_steps() const { return {}; }
 
@@ -21,4 +21,4 @@ void settle_rehearsal(Rehearsal& rehearsal, Diagnostics& diagnostics) {
   rehearsal.open.reset();
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

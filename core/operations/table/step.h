@@ -20,7 +20,7 @@
 #include "core/operations/table/parameter.h"
 #include "core/operations/table/tool_choice.h"
 
-namespace takt::activity {
+namespace takt::operations {
 
 /// A net as a step of a program would load it.
 struct RehearsedNet {
@@ -31,7 +31,7 @@ struct RehearsedNet {
 
 /// The state that checking a program carries along: where arms would be, what would be known.
 struct Rehearsal {
-  command::Cell cell;                                             ///< copy; fitted frames enter at their nominal pose
+  expression::Cell cell;                                          ///< copy; fitted frames enter at their nominal pose
   std::map<std::string, kinematics::JointVector, std::less<>> q;  ///< planned position per arm
   std::map<std::string, device::ControlMode, std::less<>> modes;  ///< of each arm; not there: not known
   std::map<std::string, bool, std::less<>> touched;               ///< the last motion of the arm was guarded
@@ -70,9 +70,9 @@ class StepRun {
   virtual ~StepRun() = default;
   /// Called between cycles, as often as needed; never blocks. Diagnostics, with pointers below the step, say why it
   /// failed.
-  virtual Progress advance(Context& context, Diagnostics& diagnostics) = 0;
+  virtual Progress advance(activity::Context& context, Diagnostics& diagnostics) = 0;
   /// Asks for a graceful end (row L6); advance() then comes to an end. A step that is done at once needs none.
-  virtual void cancel(Context& context) { (void)context; }
+  virtual void cancel(activity::Context& context) { (void)context; }
   /// Of a step that has absorbed others: which of them is being done, from 0.
   [[nodiscard]] virtual std::size_t part() const { return 0; }
   /// It is the one that is being done: nothing that it goes on with is before it any more.
@@ -107,10 +107,10 @@ class Step {
   /// it begins.
   [[nodiscard]] virtual ArmTools arm_tools() const { return {}; }
   /// A planned motion can be planned before the one that it goes on with has ended.
-  [[nodiscard]] virtual bool can_blend_from(const command::Cell& cell) const {
+  [[nodiscard]] virtual bool can_blend_from(const expression::Cell& cell) const {
     (void)cell;
     return false;
   }
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

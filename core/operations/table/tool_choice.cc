@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
-using command::Cell;
-using command::MountedTool;
+using expression::Cell;
+using expression::MountedTool;
 
 std::vector<std::string> tools_on(const Cell& cell, const std::string& arm) {
   std::vector<std::string> names;
@@ -63,7 +63,7 @@ Result<ToolInForce> find_tool(const Cell& cell, const std::string& arm, const To
   if (!tool) return std::unexpected(tool.error());
   const MountedTool* const meant = *tool;
   if (meant == nullptr && choice.tcp.empty()) {
-    const command::MountedArm& bare = cell.arms.find(arm)->second;
+    const expression::MountedArm& bare = cell.arms.find(arm)->second;
     return ToolInForce{bare.X_FT, bare.tip};
   }
   const std::string& tcp = choice.tcp.empty() ? meant->tcp : choice.tcp;
@@ -98,4 +98,4 @@ Diagnostics use_tools(Cell& cell, const ArmTools& tools) {
   return diagnostics;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,7 +6,7 @@
 #include "core/expression/cell.h"
 
 /// Which tool of its arm an operation works with (docs/world.md, "Tools by name"). Realtime: setup.
-namespace takt::activity {
+namespace takt::operations {
 
 /// As a program names it; empty: the default that the cell declares.
 struct ToolChoice {
@@ -32,14 +32,14 @@ struct ToolInForce {
 };
 
 /// @return diagnostics "/tool" or "/tcp": there is no such thing on this arm
-[[nodiscard]] Result<ToolInForce> find_tool(const command::Cell& cell, const std::string& arm,
+[[nodiscard]] Result<ToolInForce> find_tool(const expression::Cell& cell, const std::string& arm,
                                             const ToolChoice& choice);
 
 /// Another tool centre point than the one in force, as far as it is known which.
-[[nodiscard]] bool changes_tool(const command::Cell& cell, const ArmTools& tools);
+[[nodiscard]] bool changes_tool(const expression::Cell& cell, const ArmTools& tools);
 
 /// Puts the tools in force: everything that is planned, sensed or told for these arms from now on is about them.
 /// @return diagnostics with the pointers of the operations
-[[nodiscard]] Diagnostics use_tools(command::Cell& cell, const ArmTools& tools);
+[[nodiscard]] Diagnostics use_tools(expression::Cell& cell, const ArmTools& tools);
 
-}  // namespace takt::activity
+}  // namespace takt::operations

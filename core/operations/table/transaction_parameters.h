@@ -8,7 +8,7 @@
 #include "core/operations/table/state_parameters.h"
 
 /// What a command of a file says of events, and a transaction beside its commands. Filled once. Any thread.
-namespace takt::activity {
+namespace takt::operations {
 
 /// "When a state is entered, or left, then ...", as a file has it.
 struct HandlerParameters {
@@ -40,4 +40,4 @@ struct TransactionParameters {
   std::vector<std::string> forward_to;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::operations

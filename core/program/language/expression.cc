@@ -12,7 +12,7 @@
 #include "core/expression/moving_frames.h"
 #include "core/program/language/text_limit.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Node = ExpressionNode;
@@ -325,12 +325,12 @@ class Evaluator {
 namespace {
 
 /// A frame that an argument names moves, or it is unknown before which one it will name.
-bool names_what_moves(const Node& argument, const command::Cell& cell) {
+bool names_what_moves(const Node& argument, const expression::Cell& cell) {
   const bool named = argument.kind == Node::Kind::kConstant && argument.value.type.kind == Kind::kText;
-  return !named || moves(cell.frames, argument.value.text(), world::FrameGraph::kWorld);
+  return !named || expression::moves(cell.frames, argument.value.text(), world::FrameGraph::kWorld);
 }
 
-bool changes(const Node& node, const command::Cell& cell) {
+bool changes(const Node& node, const expression::Cell& cell) {
   const auto inside = [&](const Node& child) { return changes(child, cell); };
   if (std::ranges::any_of(node.children, inside)) return true;
   if (node.kind != Node::Kind::kCall) return false;
@@ -342,10 +342,10 @@ bool changes(const Node& node, const command::Cell& cell) {
 
 }  // namespace
 
-bool Expression::changes(const command::Cell& cell) const { return activity::changes(*root_, cell); }
+bool Expression::changes(const expression::Cell& cell) const { return program::changes(*root_, cell); }
 
 Value Expression::evaluate(const EvalContext& eval_context, Diagnostics& diagnostics) const {
   return Evaluator(text_, eval_context, diagnostics).at(*root_);
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

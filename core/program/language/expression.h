@@ -12,8 +12,10 @@
 #include "core/program/language/value.h"
 
 namespace takt::activity {
-
 struct Variables;
+}  // namespace takt::activity
+
+namespace takt::program {
 
 /// What an expression can see.
 struct EvalContext {
@@ -22,12 +24,12 @@ struct EvalContext {
   enum class Mode { kCheck, kRehearse, kRun };
   Mode mode = Mode::kCheck;
   const Scope* scope = nullptr;
-  const command::Cell* cell = nullptr;
-  const Variables* measured = nullptr;  ///< in a run
+  const expression::Cell* cell = nullptr;
+  const activity::Variables* measured = nullptr;  ///< in a run
   /// In a rehearsal: where the arms would be, rad or m.
   const std::map<std::string, kinematics::JointVector, std::less<>>* q = nullptr;
-  Nanoseconds time = 0;                        ///< simulated, in a run
-  command::ContactReaders* readers = nullptr;  ///< of who asks in every cycle; null: each answer is compiled anew
+  Nanoseconds time = 0;                           ///< simulated, in a run
+  expression::ContactReaders* readers = nullptr;  ///< of who asks in every cycle; null: each answer is compiled anew
 
   [[nodiscard]] bool rehearsing() const { return mode == Mode::kRehearse; }
   [[nodiscard]] bool running() const { return mode == Mode::kRun; }
@@ -55,7 +57,7 @@ class Expression {
   [[nodiscard]] Value evaluate(const EvalContext& eval_context, Diagnostics& diagnostics) const;
   [[nodiscard]] const std::string& text() const { return text_; }
   /// What it is worth changes while machines move: it asks where they are, for an input, the time.
-  [[nodiscard]] bool changes(const command::Cell& cell) const;
+  [[nodiscard]] bool changes(const expression::Cell& cell) const;
 
  private:
   std::string text_;
@@ -87,4 +89,4 @@ struct Function {
 /// All functions, by name.
 [[nodiscard]] const std::vector<Function>& functions();
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -13,13 +13,13 @@
 #include "core/program/language/expression.h"
 #include "core/program/language/text_limit.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Call = Function::Call;
 using Kind = Type::Kind;
 using Changes = Function::Changes;
-using command::Quantity;
+using expression::Quantity;
 
 /// A number computed from numbers; its unit is given.
 template <class F>
@@ -338,16 +338,16 @@ Value monitor(Call& call) {
 
 /// A formula over contact wrenches, now.
 Value contact_value(const Call& call, const net::Dimension& unit, const std::string& name,
-                    const std::vector<std::string>& sensors, const std::function<command::RealSensor()>& formula) {
+                    const std::vector<std::string>& sensors, const std::function<expression::RealSensor()>& formula) {
   std::optional<double> felt;
   if (call.eval_context.readers == nullptr) {
     felt = formula().now();
   } else {
-    std::vector<command::ContactConstants> constants;
+    std::vector<expression::ContactConstants> constants;
     std::string key = name;
     for (const std::string& sensor : sensors) {
       constants.push_back(
-          command::contact_constants(*call.eval_context.cell, sensor, call.eval_context.measured->biases));
+          expression::contact_constants(*call.eval_context.cell, sensor, call.eval_context.measured->biases));
       key += '/' + sensor;
     }
     felt = (*call.eval_context.readers)[key].now(std::move(constants), formula);
@@ -358,15 +358,15 @@ Value contact_value(const Call& call, const net::Dimension& unit, const std::str
 /// What conditions compare, now: the same formula, so weight and tared offset are removed.
 template <Quantity quantity>
 Value contact(Call& call) {
-  const net::Dimension unit = unit_dimension(command::is_torque(quantity) ? "Nm" : "N");
+  const net::Dimension unit = unit_dimension(expression::is_torque(quantity) ? "Nm" : "N");
   const Value unknown = Value::unknown(Type::number(unit));
   if (!call.eval_context.cell) return unknown;
-  const command::Cell& cell = *call.eval_context.cell;
+  const expression::Cell& cell = *call.eval_context.cell;
   const auto found = device_of(call, cell.sensors, "force/torque sensor");
   if (found == cell.sensors.end() || !call.eval_context.running() || !call.eval_context.measured) return unknown;
   const std::string& sensor = found->first;
   return contact_value(call, unit, std::to_string(static_cast<int>(quantity)), {sensor}, [&] {
-    return command::contact_quantity(cell, sensor, quantity, call.eval_context.measured->biases);
+    return expression::contact_quantity(cell, sensor, quantity, call.eval_context.measured->biases);
   });
 }
 
@@ -375,13 +375,13 @@ Value internal_force(Call& call) {
   const net::Dimension newton = unit_dimension("N");
   const Value unknown = Value::unknown(Type::number(newton));
   if (!call.eval_context.cell) return unknown;
-  const command::Cell& cell = *call.eval_context.cell;
+  const expression::Cell& cell = *call.eval_context.cell;
   const auto one = device_of(call, cell.sensors, "force/torque sensor", 0);
   const auto other = device_of(call, cell.sensors, "force/torque sensor", 1);
   const bool there = one != cell.sensors.end() && other != cell.sensors.end();
   if (!there || !call.eval_context.running() || !call.eval_context.measured) return unknown;
   return contact_value(call, newton, "internal_force", {one->first, other->first}, [&] {
-    return command::internal_force(cell, one->first, other->first, call.eval_context.measured->biases);
+    return expression::internal_force(cell, one->first, other->first, call.eval_context.measured->biases);
   });
 }
 
@@ -464,4 +464,4 @@ const std::vector<Function>& functions() {
   return table;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

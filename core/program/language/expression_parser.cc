@@ -10,7 +10,7 @@
 
 #include "core/program/language/expression.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 /// Longer texts and deeper trees are refused: evaluation is recursive.
@@ -282,4 +282,4 @@ Result<Expression> Expression::parse(std::string_view text) {
 
 bool is_expression(std::string_view text) { return text.starts_with('$') && !text.starts_with("$$"); }
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 
-namespace takt::activity {
+namespace takt::program {
 
 /// A text that an expression makes has at most so many bytes.
 inline constexpr std::size_t kMostTextBytes = 64u << 10;
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -222,7 +222,7 @@ void Scope::restore(const Saved& saved) {
 
 Json Scope::to_json() const {
   Json json = Json::object();
-  for (const auto& [name, variable] : own_) json[name] = activity::to_json(variable.value);
+  for (const auto& [name, variable] : own_) json[name] = program::to_json(variable.value);
   return json;
 }
 
@@ -238,4 +238,4 @@ bool is_variable_name(std::string_view name) {
          std::ranges::find(kWords, name) == kWords.end();
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

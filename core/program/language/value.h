@@ -13,7 +13,7 @@
 #include "core/base/diagnostics.h"
 #include "core/net/unit.h"
 
-namespace takt::activity {
+namespace takt::program {
 
 /// What a variable of a program can hold. Types are known before anything runs; kUnknown fits everything (an element
 /// of a list of which nothing is known yet).
@@ -112,4 +112,4 @@ class Scope {
 /// True for a letter followed by letters, digits and underscores that is no word of the language.
 [[nodiscard]] bool is_variable_name(std::string_view name);
 
-}  // namespace takt::activity
+}  // namespace takt::program

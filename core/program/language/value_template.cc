@@ -10,7 +10,7 @@
 #include "core/base/object_reader.h"
 #include "core/expression/moving_frames.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -33,10 +33,10 @@ void for_each_expression(const Json& json, const std::string& pointer, const Vis
 }
 
 /// Keys of a pose: position_m, rpy_deg, quaternion.
-std::optional<FileUnit> unit_in_pose(std::string_view pointer) {
-  if (pointer.find("/position_m") != std::string_view::npos) return file_unit("m");
-  if (pointer.find("/rpy_deg") != std::string_view::npos) return file_unit("deg");
-  return FileUnit{};
+std::optional<net::FileUnit> unit_in_pose(std::string_view pointer) {
+  if (pointer.find("/position_m") != std::string_view::npos) return net::file_unit("m");
+  if (pointer.find("/rpy_deg") != std::string_view::npos) return net::file_unit("deg");
+  return net::FileUnit{};
 }
 
 Json number_json(double value) {
@@ -50,7 +50,7 @@ Json number_json(double value) {
 /// Replaces expressions, walking down a piece of a file.
 class ValueTemplate::Resolver {
  public:
-  Resolver(const ValueTemplate& whole, const EvalContext& eval_context, command::Cell& cell, const UnitOf& unit_of,
+  Resolver(const ValueTemplate& whole, const EvalContext& eval_context, expression::Cell& cell, const UnitOf& unit_of,
            Diagnostics& diagnostics)
       : whole_(whole), sight_(eval_context), cell_(cell), unit_of_(unit_of), diagnostics_(diagnostics) {}
 
@@ -109,7 +109,7 @@ class ValueTemplate::Resolver {
   }
 
   Json number(const Value& value, const std::string& pointer, std::string_view key) {
-    const std::optional<FileUnit> wanted = unit_of_(std::string_view(pointer).substr(whole_.pointer_.size()));
+    const std::optional<net::FileUnit> wanted = unit_of_(std::string_view(pointer).substr(whole_.pointer_.size()));
     const bool bare = value.type.unit.zero();
     if (wanted && !bare && value.type.unit != wanted->dimension) {
       diagnostics_.error(Code::kUnitMismatch, pointer, fmt::format("'{}' is given a {}", key, to_string(value.type)),
@@ -135,7 +135,7 @@ class ValueTemplate::Resolver {
 
   const ValueTemplate& whole_;
   const EvalContext& sight_;
-  command::Cell& cell_;
+  expression::Cell& cell_;
   const UnitOf& unit_of_;
   Diagnostics& diagnostics_;
 };
@@ -157,18 +157,18 @@ ValueTemplate ValueTemplate::parse(const Json& json, const std::string& pointer,
 
 namespace {
 
-bool is_place_that_moves(const Json& json, const command::Cell& cell) {
+bool is_place_that_moves(const Json& json, const expression::Cell& cell) {
   if (json.is_array())
     return std::ranges::any_of(json, [&](const Json& one) { return is_place_that_moves(one, cell); });
   if (!json.is_object()) return false;
   const auto in = json.find("in");
   return in != json.end() && in->is_string() &&
-         moves(cell.frames, in->get_ref<const std::string&>(), world::FrameGraph::kWorld);
+         expression::moves(cell.frames, in->get_ref<const std::string&>(), world::FrameGraph::kWorld);
 }
 
 }  // namespace
 
-bool ValueTemplate::changes(const command::Cell& cell) const {
+bool ValueTemplate::changes(const expression::Cell& cell) const {
   if (json_ && is_place_that_moves(*json_, cell)) return true;
   return std::ranges::any_of(expressions_, [&](const auto& entry) { return entry.second.changes(cell); });
 }
@@ -190,7 +190,7 @@ bool ValueTemplate::depends_on_key(std::string_view key) const {
   return false;
 }
 
-ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& eval_context, command::Cell& cell,
+ValueTemplate::Resolved ValueTemplate::resolve(const EvalContext& eval_context, expression::Cell& cell,
                                                const UnitOf& unit_of, Diagnostics& diagnostics) const {
   Resolver resolver(*this, eval_context, cell, unit_of, diagnostics);
   auto json = std::make_shared<const Json>(resolver.resolve(*json_, pointer_, ""));
@@ -254,7 +254,7 @@ Value ValueTemplate::value(const EvalContext& eval_context, Diagnostics& diagnos
     }
     /// A goal with expressions in it is resolved first.
     Value place(const Json& json, const std::string& pointer) {
-      command::Cell frames;
+      expression::Cell frames;
       if (eval_context.cell) frames.frames = eval_context.cell->frames;
       const UnitOf unit_of = unit_in_pose;
       Resolver resolver(whole, eval_context, frames, unit_of, diagnostics);
@@ -272,4 +272,4 @@ Value ValueTemplate::value(const EvalContext& eval_context, Diagnostics& diagnos
   return json_ ? Walk{*this, eval_context, diagnostics}.at(*json_, pointer_) : Value{};
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

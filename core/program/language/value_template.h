@@ -10,10 +10,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/diagnostics.h"
-#include "core/expression/file_unit.h"
+#include "core/net/file_unit.h"
 #include "core/program/language/expression.h"
 
-namespace takt::activity {
+namespace takt::program {
 
 /// A piece of a file in which texts may be expressions ("$height + 0.02[m]"). Immutable.
 class ValueTemplate {
@@ -28,14 +28,14 @@ class ValueTemplate {
   [[nodiscard]] const std::string& pointer() const { return pointer_; }
   /// It is worth something else while machines move: an expression reads them (Expression::changes), or it is a
   /// pose, or a list of poses, in a frame that moves.
-  [[nodiscard]] bool changes(const command::Cell& cell) const;
+  [[nodiscard]] bool changes(const expression::Cell& cell) const;
   /// A location at or below an expression, or one that holds it: what is wrong there shows only with its value.
   [[nodiscard]] bool depends(std::string_view pointer) const;
   /// Is there an expression below this key?
   [[nodiscard]] bool depends_on_key(std::string_view key) const;
 
   /// The unit of the number at a JSON pointer below the piece ("/compliance/stiffness_N_m"); nothing: any unit.
-  using UnitOf = std::function<std::optional<FileUnit>(std::string_view pointer)>;
+  using UnitOf = std::function<std::optional<net::FileUnit>(std::string_view pointer)>;
 
   /// The piece with all expressions replaced by their values, in the form that readers of files know. A number with a
   /// unit must have that of its key, and is converted to it.
@@ -44,7 +44,7 @@ class ValueTemplate {
     std::vector<std::string> unknown;  ///< expressions that are not known yet; placeholders are in their place
   };
   /// @param cell  gets a frame for each pose at a key "in"
-  [[nodiscard]] Resolved resolve(const EvalContext& eval_context, command::Cell& cell, const UnitOf& unit_of,
+  [[nodiscard]] Resolved resolve(const EvalContext& eval_context, expression::Cell& cell, const UnitOf& unit_of,
                                  Diagnostics& diagnostics) const;
 
   /// The piece as one value: numbers, Booleans, texts, arrays as lists, goals {"in", "position_m", ...} as poses.
@@ -57,4 +57,4 @@ class ValueTemplate {
   std::map<std::string, Expression> expressions_;  ///< by pointer
 };
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -8,7 +8,7 @@
 
 #include "core/program/tree/question.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -27,8 +27,8 @@ class BranchNode final : public Node {
 
   /// All cases are played, each from the state before. What follows begins where the case of the nominal values ends;
   /// if they are not known, the first. A contact or an estimate of any case counts as known then.
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
-    const Rehearsal before = rehearsal;
+  void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+    const operations::Rehearsal before = rehearsal;
     const Scope::Saved values = scope.save();
     std::optional<std::size_t> chosen;
     bool open = false;  // a condition before was unknown
@@ -38,11 +38,11 @@ class BranchNode final : public Node {
       if (!chosen && !open && *holds) chosen = i;
     }
     if (!chosen && !open) chosen = cases.size();
-    std::optional<Rehearsal> after;
+    std::optional<operations::Rehearsal> after;
     Scope::Saved values_after;
     const std::size_t taken = chosen.value_or(0);
     for (std::size_t i = 0; i <= cases.size(); ++i) {
-      Rehearsal own = before;
+      operations::Rehearsal own = before;
       own.effort = rehearsal.effort;
       scope.restore(values);
       // A case that nominal values do not select may not be possible with them.
@@ -89,10 +89,10 @@ class BranchNode final : public Node {
   [[nodiscard]] const Node& way(std::size_t i) const { return i < cases.size() ? *cases[i].steps : *otherwise; }
 
  private:
-  static void merge(const Rehearsal& from, Rehearsal& into) {
+  static void merge(const operations::Rehearsal& from, operations::Rehearsal& into) {
     into.contacts.insert(from.contacts.begin(), from.contacts.end());
     into.estimates.insert(from.estimates.begin(), from.estimates.end());
-    keep_agreed_modes(from, into);
+    operations::keep_agreed_modes(from, into);
     for (const auto& [arm, touched] : from.touched) into.touched[arm] = into.touched[arm] || touched;
   }
 };
@@ -109,12 +109,12 @@ class BranchRun final : public NodeRun {
         break;
       }
       if (!question_) question_.emplace(node_.cases[case_].when, scope_);
-      const Progress progress = question_->advance(execution, diagnostics);
-      if (progress == Progress::kRunning) return Outcome::kRunning;
-      const bool holds = progress == Progress::kDone && question_->answer();
+      const operations::Progress progress = question_->advance(execution, diagnostics);
+      if (progress == operations::Progress::kRunning) return Outcome::kRunning;
+      const bool holds = progress == operations::Progress::kDone && question_->answer();
       question_.reset();
       if (cancelled_) return Outcome::kDone;
-      if (progress == Progress::kFailed) return Outcome::kFailed;
+      if (progress == operations::Progress::kFailed) return Outcome::kFailed;
       if (holds) {
         take(execution, case_);
       } else {
@@ -194,4 +194,4 @@ std::unique_ptr<Node> parse_branch(const Json& json, const std::string& pointer,
   return node;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

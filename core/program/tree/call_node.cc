@@ -8,7 +8,7 @@
 #include "core/program/tree/node.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -21,7 +21,7 @@ class CallNode final : public Node {
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
-  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
+  void rehearse(operations::Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
     if (!spend_rehearsal(rehearsal, *this, diagnostics)) return;
     Scope inside;
     Diagnostics own;
@@ -39,7 +39,7 @@ class CallNode final : public Node {
   [[nodiscard]] bool constant() const override { return false; }
 
   /// What it is begun with depends on where machines are.
-  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const {
+  [[nodiscard]] bool needs_settled_state(const expression::Cell& cell) const {
     const auto looks = [&](const Declaration& one) { return one.initial && one.initial->changes(cell); };
     return std::ranges::any_of(arguments, [&](const auto& one) { return one.second.changes(cell); }) ||
            std::ranges::any_of(program->parameters, looks) || std::ranges::any_of(program->variables, looks);
@@ -188,4 +188,4 @@ std::unique_ptr<Node> parse_call(const Json& json, const std::string& pointer, N
   return node;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

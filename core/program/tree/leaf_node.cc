@@ -11,7 +11,7 @@
 #include "core/program/tree/node.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 /// A step as the file has it.
 struct Part {
   std::string name, pointer;
-  const Operation* operation = nullptr;
+  const operations::Operation* operation = nullptr;
   ValueTemplate piece;
   ValueTemplate::UnitOf unit_of;
   bool blends = false;  ///< into the step after it
@@ -27,8 +27,8 @@ struct Part {
 
 /// Steps that run as one, ready to run.
 struct Instance {
-  std::unique_ptr<Step> made;  ///< null if the node owns the step
-  const Step* step = nullptr;
+  std::unique_ptr<operations::Step> made;  ///< null if the node owns the step
+  const operations::Step* step = nullptr;
   std::string name, pointer;
   std::vector<std::string> absorbed;
   Json steps = Json::array();  ///< with what their expressions are worth; only of one that others may go on with
@@ -37,24 +37,24 @@ struct Instance {
 class LeafNode final : public Node {
  public:
   std::vector<Part> parts;
-  std::unique_ptr<Step> step;  ///< null if a part holds an expression
+  std::unique_ptr<operations::Step> step;  ///< null if a part holds an expression
   std::vector<std::string> absorbed;
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override;
+  void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override;
   [[nodiscard]] std::int64_t count() const override { return static_cast<std::int64_t>(parts.size()); }
   void collect_names(std::vector<std::string>& names) const override {
     for (const Part& part : parts) names.push_back(part.name);
   }
   [[nodiscard]] bool constant() const override { return step != nullptr; }
   /// It has to wait for the end of whatever was left open before.
-  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const {
+  [[nodiscard]] bool needs_settled_state(const expression::Cell& cell) const {
     return !parts.front().operation->is_motion ||
            std::ranges::any_of(parts, [&](const Part& part) { return part.piece.changes(cell); });
   }
 
   /// The steps with what their expressions are worth now. `unknown` gets expressions that are not known.
-  [[nodiscard]] std::vector<Instance> instances(const EvalContext& eval_context, command::Cell& cell,
+  [[nodiscard]] std::vector<Instance> instances(const EvalContext& eval_context, expression::Cell& cell,
                                                 Diagnostics& diagnostics, std::vector<std::string>& unknown) const {
     std::vector<Instance> result;
     if (step) result.push_back({nullptr, step.get(), name, pointer, absorbed});
@@ -71,7 +71,7 @@ class LeafNode final : public Node {
 
  private:
   /// Makes a part that has no expressions any more; the one before may take it into itself.
-  static bool add(const Part& part, const Json& json, command::Cell& cell, std::vector<Instance>& instances,
+  static bool add(const Part& part, const Json& json, expression::Cell& cell, std::vector<Instance>& instances,
                   Diagnostics& diagnostics) {
     auto made = part.operation->read_step({json, part.pointer, cell, diagnostics});
     if (diagnostics.has_errors()) return false;
@@ -79,7 +79,7 @@ class LeafNode final : public Node {
       instances.back().absorbed.push_back(part.name);
       return true;
     }
-    const Step* const raw = made.get();
+    const operations::Step* const raw = made.get();
     instances.push_back({std::move(made), raw, part.name, part.pointer, {}});
     return true;
   }
@@ -133,16 +133,16 @@ class LeafRun final : public NodeRun {
     Instance& instance = instances_[index_];
     if (!run_) {
       if (cancelled_) return finish();
-      const Step& step = *instance.step;
-      command::Cell& cell = execution.context.cell;
-      const bool other_tool = changes_tool(cell, step.arm_tools());
+      const operations::Step& step = *instance.step;
+      expression::Cell& cell = execution.context.cell;
+      const bool other_tool = operations::changes_tool(cell, step.arm_tools());
       const bool goes_on = step.moved_arm() == execution.strand->open_arm() && !other_tool &&
                            step.can_blend_from(execution.context.cell);
       if (const Outcome ready = goes_on ? Outcome::kDone : settle(execution, diagnostics); ready != Outcome::kDone)
         return ready;
       if (!goes_on && is_waiting_for_tool(step, cell)) return Outcome::kRunning;
       // What it would go on with may have failed, or ended, meanwhile.
-      if (execution.strand->advance(execution, diagnostics) == Progress::kFailed) return give_up();
+      if (execution.strand->advance(execution, diagnostics) == operations::Progress::kFailed) return give_up();
       if (!goes_on && !take_up_tools(instance, cell, diagnostics)) return give_up();
       run_ = instance.step->begin();
       part_ = 0;
@@ -150,39 +150,40 @@ class LeafRun final : public NodeRun {
       if (entered_) enter(execution, instance.name);
     }
     Diagnostics own;
-    const Progress progress = advance_run(execution, instance, own);
+    const operations::Progress progress = advance_run(execution, instance, own);
     if (!entered_ && !enter_after_open(execution, instance, diagnostics)) return give_up();
     follow_part(execution, instance);
-    if (progress == Progress::kRunning) return cancelled_ ? Outcome::kRunning : leave_open(execution, instance);
+    if (progress == operations::Progress::kRunning)
+      return cancelled_ ? Outcome::kRunning : leave_open(execution, instance);
     run_.reset();
     ++index_;
     if (!entered_) enter(execution, instance.name);  // it fails before its turn, or was cancelled
     execution.steps_done += 1 + static_cast<std::int64_t>(instance.absorbed.size());
-    execution.leave(current_, progress == Progress::kDone ? "end" : "failed", messages_of(own));
-    if (progress == Progress::kDone) return Outcome::kDone;
+    execution.leave(current_, progress == operations::Progress::kDone ? "end" : "failed", messages_of(own));
+    if (progress == operations::Progress::kDone) return Outcome::kDone;
     diagnostics.append(own, instance.pointer);
     return Outcome::kFailed;
   }
 
-  Progress advance_run(Execution& execution, const Instance& instance, Diagnostics& own) {
+  operations::Progress advance_run(Execution& execution, const Instance& instance, Diagnostics& own) {
     const Execution::Inside inside(execution, entered_ ? current_ : instance.name);
     return run_->advance(execution.context, own);
   }
 
   /// Tool and payload of an arm are told between nets.
-  static bool is_waiting_for_tool(const Step& step, const command::Cell& cell) {
-    const ArmTools tools = step.arm_tools();
-    const auto is_held = [&](const ArmTool& one) {
+  static bool is_waiting_for_tool(const operations::Step& step, const expression::Cell& cell) {
+    const operations::ArmTools tools = step.arm_tools();
+    const auto is_held = [&](const operations::ArmTool& one) {
       const auto arm = cell.arms.find(one.arm);
       return arm != cell.arms.end() && arm->second.device != nullptr && arm->second.device->held();
     };
-    return changes_tool(cell, tools) && std::ranges::any_of(tools, is_held);
+    return operations::changes_tool(cell, tools) && std::ranges::any_of(tools, is_held);
   }
 
-  static bool take_up_tools(const Instance& instance, command::Cell& cell, Diagnostics& diagnostics) {
-    const Diagnostics wrong = use_tools(cell, instance.step->arm_tools());
+  static bool take_up_tools(const Instance& instance, expression::Cell& cell, Diagnostics& diagnostics) {
+    const Diagnostics wrong = operations::use_tools(cell, instance.step->arm_tools());
     diagnostics.append(wrong);
-    if (!wrong.has_errors()) command::tell_tool_settings(cell);
+    if (!wrong.has_errors()) expression::tell_tool_settings(cell);
     return !wrong.has_errors();
   }
 
@@ -207,8 +208,9 @@ class LeafRun final : public NodeRun {
         strand.hand_over(execution);
       } else if (run_->has_taken_over()) {
         return true;
-      } else if (const Progress before = strand.advance(execution, diagnostics); before != Progress::kDone) {
-        return before == Progress::kRunning;
+      } else if (const operations::Progress before = strand.advance(execution, diagnostics);
+                 before != operations::Progress::kDone) {
+        return before == operations::Progress::kRunning;
       } else {
         execution.context.event("program", "no blend", fmt::format("'{}' begins at rest", instance.name));
       }
@@ -255,7 +257,7 @@ class LeafRun final : public NodeRun {
   bool begun_ = false, cancelled_ = false, entered_ = false;
   std::vector<Instance> instances_;
   std::size_t index_ = 0;
-  std::unique_ptr<StepRun> run_;
+  std::unique_ptr<operations::StepRun> run_;
   std::size_t part_ = 0;
   std::string current_;
 };
@@ -273,10 +275,10 @@ bool fails_before_its_end(const Diagnostics& diagnostics) {
 
 }  // namespace
 
-void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const {
+void LeafNode::rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const {
   if (!spend_rehearsal(rehearsal, *this, diagnostics)) return;
   const auto planned = [&](const std::string& arm) { return rehearsal.q[arm]; };
-  update_flange_frames(rehearsal.cell, planned);
+  expression::update_flange_frames(rehearsal.cell, planned);
   Diagnostics own;
   std::vector<std::string> unknown;
   const auto made = instances(sight_of(rehearsal, scope), rehearsal.cell, own, unknown);
@@ -289,32 +291,33 @@ void LeafNode::rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnos
   }
   for (const Instance& instance : made) {
     const bool is_motion = !instance.step->moved_arm().empty();
-    const ArmTools tools = instance.step->arm_tools();
-    const bool goes_on = is_motion && !changes_tool(rehearsal.cell, tools);
-    if (!goes_on) settle_rehearsal(rehearsal, diagnostics);
-    const Diagnostics wrong = use_tools(rehearsal.cell, tools);
+    const operations::ArmTools tools = instance.step->arm_tools();
+    const bool goes_on = is_motion && !operations::changes_tool(rehearsal.cell, tools);
+    if (!goes_on) operations::settle_rehearsal(rehearsal, diagnostics);
+    const Diagnostics wrong = operations::use_tools(rehearsal.cell, tools);
     diagnostics.append(wrong);
     if (wrong.has_errors()) continue;
-    command::expect_tool_settings(rehearsal.cell);
+    expression::expect_tool_settings(rehearsal.cell);
     rehearsal.step = instance.name;
     const auto before = rehearsal.q;
     Diagnostics found;
     instance.step->rehearse(rehearsal, instance.pointer, found);
     if (fails_before_its_end(found))
-      for (const ArmTool& used : tools) rehearsal.lost.insert(used.arm);
+      for (const operations::ArmTool& used : tools) rehearsal.lost.insert(used.arm);
     diagnostics.append(found);
-    if (!is_motion) invalidate_timing(rehearsal);
-    update_flange_frames(rehearsal.cell, planned);
-    check_told_masses(before, rehearsal, diagnostics);
+    if (!is_motion) operations::invalidate_timing(rehearsal);
+    expression::update_flange_frames(rehearsal.cell, planned);
+    operations::check_told_masses(before, rehearsal, diagnostics);
   }
 }
 
 /// The operations that have this key.
 std::vector<std::string> operations_with(std::string_view key) {
   std::vector<std::string> names;
-  for (const Operation& operation : Operations::global().all()) {
+  for (const operations::Operation& operation : operations::Operations::global().all()) {
     const auto& parameters = operation.parameters();
-    const bool has = std::ranges::any_of(parameters, [&](const ParameterInfo& one) { return one.key == key; });
+    const bool has =
+        std::ranges::any_of(parameters, [&](const operations::ParameterInfo& one) { return one.key == key; });
     if (has && operation.read_step != nullptr) names.emplace_back(operation.name);
   }
   return names;
@@ -336,7 +339,7 @@ void explain_unknown_keys(const Part& part, std::size_t first, Diagnostics& diag
 /// Errors of form of a step with expressions: what depends on their values shows in the rehearsal only.
 void check_form(const Part& part, NodeParser& parser) {
   Diagnostics own;
-  command::Cell cell = parser.cell();
+  expression::Cell cell = parser.cell();
   const auto resolved = part.piece.resolve(parser.eval_context(), cell, part.unit_of, own);
   parser.diagnostics().append(own);
   Diagnostics form;
@@ -350,14 +353,14 @@ void check_form(const Part& part, NodeParser& parser) {
 
 }  // namespace
 
-std::unique_ptr<Node> parse_leaf(const Operation& operation, const Json& json, const std::string& pointer,
+std::unique_ptr<Node> parse_leaf(const operations::Operation& operation, const Json& json, const std::string& pointer,
                                  NodeParser& parser) {
   auto leaf = std::make_unique<LeafNode>();
   leaf->pointer = pointer;
   Part part{.name = {}, .pointer = pointer, .operation = &operation, .piece = {}, .unit_of = {}, .blends = false};
   part.piece = ValueTemplate::parse(json, pointer, parser.diagnostics());
   part.unit_of = [whole = std::make_shared<const Json>(json)](std::string_view at) {
-    return unit_in_operation(*whole, at);
+    return operations::unit_in_operation(*whole, at);
   };
   part.blends = json.contains("blend_m") || json.contains("blend_fraction");
   const auto name = json.find("name");
@@ -371,7 +374,7 @@ std::unique_ptr<Node> parse_leaf(const Operation& operation, const Json& json, c
   }
   const std::size_t known = parser.diagnostics().list().size();
   if (part.piece.constant()) {
-    command::Cell none;  // without expressions nothing is asked
+    expression::Cell none;  // without expressions nothing is asked
     const auto resolved = part.piece.resolve(parser.eval_context(), none, part.unit_of, parser.diagnostics());
     leaf->step = operation.read_step({*resolved.json, pointer, parser.cell(), parser.diagnostics()});
   } else {
@@ -399,4 +402,4 @@ bool absorb_leaf(Node& node, Node& next) {
   return true;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -10,7 +10,7 @@
 #include "core/program/tree/question.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -30,7 +30,7 @@ class RepeatNode final : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
   /// As often as nominal values say; twice where they do not.
-  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
+  void rehearse(operations::Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
     Scope scope(&around);
     declare_counter(scope);
     const auto fixed = kind == Kind::kTimes ? rounds(sight_of(rehearsal, scope), diagnostics) : std::nullopt;
@@ -92,7 +92,7 @@ class RepeatNode final : public Node {
 
  private:
   /// On nominal values: two rounds where the condition is not known.
-  bool goes_on(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics, std::int64_t& unknown) const {
+  bool goes_on(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics, std::int64_t& unknown) const {
     const auto holds = condition.rehearse(rehearsal, scope, diagnostics);
     if (!holds) return ++unknown < 3 && !diagnostics.has_errors();
     return *holds == (kind == Kind::kWhile);
@@ -181,12 +181,12 @@ class RepeatRun final : public NodeRun {
 
   Outcome ask(Execution& execution, Diagnostics& diagnostics) {
     if (!question_) question_.emplace(node_.condition, scope_);
-    const Progress progress = question_->advance(execution, diagnostics);
-    if (progress == Progress::kRunning) return Outcome::kRunning;
-    const bool holds = progress == Progress::kDone && question_->answer();
+    const operations::Progress progress = question_->advance(execution, diagnostics);
+    if (progress == operations::Progress::kRunning) return Outcome::kRunning;
+    const bool holds = progress == operations::Progress::kDone && question_->answer();
     question_.reset();
     if (cancelled_) return Outcome::kDone;
-    if (progress == Progress::kFailed) return Outcome::kFailed;
+    if (progress == operations::Progress::kFailed) return Outcome::kFailed;
     if (holds != (node_.kind == RepeatNode::Kind::kWhile)) return Outcome::kDone;
     asked_ = true;
     return Outcome::kRunning;
@@ -229,7 +229,7 @@ class ForEachNode final : public Node {
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
-  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
+  void rehearse(operations::Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
     Scope scope(&around);
     auto elements = values(sight_of(rehearsal, around), diagnostics);
     // Nothing is known of the list: one round shows the form.
@@ -481,4 +481,4 @@ std::unique_ptr<Node> parse_for_each(const Json& json, const std::string& pointe
   return node;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

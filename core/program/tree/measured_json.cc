@@ -11,7 +11,7 @@
 #include "core/expression/tool_coupling.h"
 #include "core/program/language/value.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -63,7 +63,7 @@ world::Relation relation_of(const Json& json) {
 }
 
 /// The frames that steps may have changed.
-Json frames_json(const Variables& variables, const command::Cell& cell) {
+Json frames_json(const activity::Variables& variables, const expression::Cell& cell) {
   Json json = Json::object();
   const auto add = [&](const std::string& name) {
     if (const world::Relation* relation = cell.frames.relation(name)) json[name] = relation_json(*relation);
@@ -105,7 +105,7 @@ world::Hold hold_of(const Json& json) {
 
 /// Relations may be in any order: one whose parent is not there yet, or hangs on it still, waits for it. The
 /// diagnostics are those of a pass in which nothing could be set.
-Diagnostics put_back_frames(const Json& frames, command::Cell& cell) {
+Diagnostics put_back_frames(const Json& frames, expression::Cell& cell) {
   std::vector<std::string> waiting;
   for (const auto& [name, relation] : frames.items()) waiting.push_back(name);
   for (;;) {
@@ -121,14 +121,14 @@ Diagnostics put_back_frames(const Json& frames, command::Cell& cell) {
 
 }  // namespace
 
-Json measured_to_json(const Variables& variables, const command::Cell& cell) {
+Json measured_to_json(const activity::Variables& variables, const expression::Cell& cell) {
   Json json;
   json["contacts"] = object_of(variables.contacts, [](const world::Contact& contact) {
     return Json{{"name", contact.name}, {"at", vector_json(contact.p_R)}, {"radius", contact.radius}};
   });
   json["estimates"] = object_of(variables.estimates, [](const Eigen::Isometry3d& X) { return pose_to_json(X); });
   json["residuals"] = object_of(variables.residuals, [](double residual) { return Json(residual); });
-  json["touches"] = object_of(variables.touches, [](const Touch& touch) {
+  json["touches"] = object_of(variables.touches, [](const activity::Touch& touch) {
     return Json{{"at", vector_json(touch.p_W)}, {"radius", touch.radius}, {"cycle", touch.cycle}};
   });
   json["held"] = object_of(cell.held, hold_json);
@@ -142,8 +142,8 @@ Json measured_to_json(const Variables& variables, const command::Cell& cell) {
   return json;
 }
 
-Diagnostics measured_from_json(const Json& json, Variables& variables, command::Cell& cell) {
-  Variables read;
+Diagnostics measured_from_json(const Json& json, activity::Variables& variables, expression::Cell& cell) {
+  activity::Variables read;
   for (const auto& [name, contact] : json.at("contacts").items()) {
     read.contacts[name] = {contact.at("name").get<std::string>(), vector_of(contact.at("at")),
                            contact.at("radius").get<double>()};
@@ -165,9 +165,9 @@ Diagnostics measured_from_json(const Json& json, Variables& variables, command::
   Diagnostics diagnostics;
   diagnostics.append(put_back_frames(json.at("frames"), cell), "/frames");
   cell.held = std::move(held);
-  command::hang_coupled_tools(cell);
+  expression::hang_coupled_tools(cell);
   variables = std::move(read);
   return diagnostics;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

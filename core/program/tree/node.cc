@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 /// More steps than this without a cycle between them are a program that never waits.
@@ -95,7 +95,7 @@ std::optional<nlohmann::ordered_json> Node::state_before(std::string_view wanted
   return nlohmann::ordered_json::object();
 }
 
-bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics) {
+bool spend_rehearsal(operations::Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics) {
   if (++rehearsal.effort == kMostEffort) {
     diagnostics.note(node.pointer,
                      fmt::format("the rehearsal ends here, after {} steps: what follows is not checked", kMostEffort),
@@ -116,7 +116,7 @@ Diagnostics as_warnings(const Diagnostics& diagnostics, std::string_view why) {
   return result;
 }
 
-EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope) {
+EvalContext sight_of(const operations::Rehearsal& rehearsal, const Scope& scope) {
   return {.mode = EvalContext::Mode::kRehearse,
           .scope = &scope,
           .cell = &rehearsal.cell,
@@ -146,4 +146,4 @@ std::int64_t saturated(std::int64_t times, std::int64_t count) {
   return count > Node::kMostSteps / times ? Node::kMostSteps : std::min(Node::kMostSteps, times * count);
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

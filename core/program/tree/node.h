@@ -20,7 +20,7 @@
 #include "core/program/language/value_template.h"
 
 /// The tree of a program, and the runs of its nodes (docs/programs.md).
-namespace takt::activity {
+namespace takt::program {
 
 /// How far a node has come. kStopped: a step "stop" ends the program.
 enum class Outcome { kRunning, kDone, kFailed, kStopped };
@@ -43,9 +43,9 @@ struct AskingStep {
 
 /// What all nodes of a running program share.
 struct Execution {
-  explicit Execution(Context& of) : context(of) {}
+  explicit Execution(activity::Context& of) : context(of) {}
 
-  Context& context;
+  activity::Context& context;
   ControlLine* strand = nullptr;  ///< the line of control that is being advanced
   bool cancelled = false;         ///< the whole program: nothing follows
   bool held = false;              ///< no step begins
@@ -121,7 +121,7 @@ class Node {
   /// A new execution. The node and the scope must outlive it.
   [[nodiscard]] virtual std::unique_ptr<NodeRun> begin(Scope& scope) const = 0;
   /// Plays the node on nominal values: everything that can be found wrong before anything moves.
-  virtual void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const = 0;
+  virtual void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const = 0;
   /// Steps that one run executes as far as that is known; kMostSteps means all that is more.
   [[nodiscard]] virtual std::int64_t count() const = 0;
   /// Adds the names of this node and of all in it, in the order of the file.
@@ -165,7 +165,7 @@ struct SubProgram {
 /// Makes nodes from JSON: all diagnostics at once. Realtime: setup.
 class NodeParser {
  public:
-  NodeParser(const command::Cell& cell, const nlohmann::ordered_json* programs, Diagnostics& diagnostics);
+  NodeParser(const expression::Cell& cell, const nlohmann::ordered_json* programs, Diagnostics& diagnostics);
   ~NodeParser();
   NodeParser(const NodeParser&) = delete;
   NodeParser& operator=(const NodeParser&) = delete;
@@ -199,7 +199,7 @@ class NodeParser {
   void head(ObjectReader& reader, Node& node, std::string_view fallback);
 
   [[nodiscard]] EvalContext eval_context() const;
-  [[nodiscard]] const command::Cell& cell() const { return cell_; }
+  [[nodiscard]] const expression::Cell& cell() const { return cell_; }
   Diagnostics& diagnostics() { return diagnostics_; }
   [[nodiscard]] Scope& scope() { return *scope_; }
 
@@ -224,7 +224,7 @@ class NodeParser {
   std::shared_ptr<SubProgram> parse_program(const std::string& name);
   std::nullptr_t too_deep(const std::string& pointer);
 
-  const command::Cell& cell_;
+  const expression::Cell& cell_;
   const nlohmann::ordered_json* programs_json_;
   Diagnostics& diagnostics_;
   Scope* scope_ = nullptr;
@@ -246,11 +246,11 @@ struct NodeKind {
 [[nodiscard]] const std::vector<NodeKind>& node_kinds();
 
 /// A rehearsal's effort is bounded: @return false once it is used up; a note says so.
-bool spend_rehearsal(Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics);
+bool spend_rehearsal(operations::Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics);
 /// Errors that may not be any, because it is unknown whether or from where their step begins.
 [[nodiscard]] Diagnostics as_warnings(const Diagnostics& diagnostics, std::string_view why);
 /// What an expression sees in a rehearsal.
-[[nodiscard]] EvalContext sight_of(const Rehearsal& rehearsal, const Scope& scope);
+[[nodiscard]] EvalContext sight_of(const operations::Rehearsal& rehearsal, const Scope& scope);
 /// What is wrong, in one line.
 [[nodiscard]] std::string messages_of(const Diagnostics& diagnostics);
 /// Evaluates and declares, in a run or a rehearsal. @return false with diagnostics if a value could not be found.
@@ -260,7 +260,7 @@ bool declare(const std::vector<Declaration>& declarations, const EvalContext& ev
 [[nodiscard]] std::int64_t saturated(std::int64_t times, std::int64_t count);
 
 // Parsers of the kinds.
-std::unique_ptr<Node> parse_leaf(const Operation& operation, const nlohmann::ordered_json& json,
+std::unique_ptr<Node> parse_leaf(const operations::Operation& operation, const nlohmann::ordered_json& json,
                                  const std::string& pointer, NodeParser& parser);
 /// Takes the node that follows a leaf into it if both blend. @return false if they stay two.
 bool absorb_leaf(Node& leaf, Node& next);
@@ -279,4 +279,4 @@ std::unique_ptr<Node> parse_log(const nlohmann::ordered_json& json, const std::s
 std::unique_ptr<Node> parse_fail(const nlohmann::ordered_json& json, const std::string& pointer, NodeParser& parser);
 std::unique_ptr<Node> parse_stop(const nlohmann::ordered_json& json, const std::string& pointer, NodeParser& parser);
 std::unique_ptr<Node> parse_until(const nlohmann::ordered_json& json, const std::string& pointer, NodeParser& parser);
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -7,7 +7,7 @@
 #include "core/base/read_parts.h"
 #include "core/program/tree/node.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -18,7 +18,7 @@ constexpr int kMostCalls = 16;
 std::vector<std::string> kind_names() {
   std::vector<std::string> names;
   for (const NodeKind& kind : node_kinds()) names.emplace_back(kind.name);
-  for (std::string& name : Operations::global().step_types()) names.push_back(std::move(name));
+  for (std::string& name : operations::Operations::global().step_types()) names.push_back(std::move(name));
   std::ranges::sort(names);
   return names;
 }
@@ -48,7 +48,7 @@ const std::vector<NodeKind>& node_kinds() {
   return kinds;
 }
 
-NodeParser::NodeParser(const command::Cell& cell, const Json* programs, Diagnostics& diagnostics)
+NodeParser::NodeParser(const expression::Cell& cell, const Json* programs, Diagnostics& diagnostics)
     : cell_(cell), programs_json_(programs), diagnostics_(diagnostics) {}
 NodeParser::~NodeParser() = default;
 
@@ -68,10 +68,10 @@ std::unique_ptr<Node> NodeParser::node(const Json& json, const std::string& poin
   ObjectReader reader(json, pointer, json.is_object() ? unread : diagnostics_);
   const std::string kind = reader.text("do", "");
   if (!json.is_object()) return make_sequence({}, pointer);
-  if (waits_for_expression(json)) return activity::parse_until(json, pointer, *this);
+  if (waits_for_expression(json)) return parse_until(json, pointer, *this);
   const auto inner = std::ranges::find(node_kinds(), kind, &NodeKind::name);
   if (inner != node_kinds().end()) return inner->parse(json, pointer, *this);
-  const Operation* operation = Operations::global().find(kind);
+  const operations::Operation* operation = operations::Operations::global().find(kind);
   if (operation != nullptr && operation->read_step != nullptr) return parse_leaf(*operation, json, pointer, *this);
   diagnostics_.error(kind.empty() ? Code::kMissing : Code::kUnknownName, pointer + "/do",
                      kind.empty() ? "'do' is missing" : fmt::format("there is no step '{}'", kind),
@@ -263,4 +263,4 @@ std::vector<std::shared_ptr<const SubProgram>> NodeParser::programs() const {
   return programs;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

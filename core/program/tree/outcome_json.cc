@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -50,4 +50,4 @@ Diagnostics diagnostics_from_json(const Json& json) {
   return diagnostics;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

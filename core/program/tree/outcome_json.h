@@ -5,7 +5,7 @@
 #include "core/program/tree/node.h"
 
 /// What a node has come to, as part of the state of a program (row D3). Realtime: setup.
-namespace takt::activity {
+namespace takt::program {
 
 /// Not of kRunning.
 [[nodiscard]] nlohmann::ordered_json outcome_to_json(Outcome outcome);
@@ -17,4 +17,4 @@ namespace takt::activity {
 /// Throws nlohmann's exceptions on what is none.
 [[nodiscard]] Diagnostics diagnostics_from_json(const nlohmann::ordered_json& json);
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -8,7 +8,7 @@
 #include "core/program/tree/outcome_json.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -21,9 +21,9 @@ class ParallelNode final : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
   /// One after the other, from the same beginning. What two of them drive is a conflict.
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
-    settle_rehearsal(rehearsal, diagnostics);
-    BranchesTogether together(rehearsal, pointer);
+  void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+    operations::settle_rehearsal(rehearsal, diagnostics);
+    operations::BranchesTogether together(rehearsal, pointer);
     const Scope::Saved values = scope.save();
     for (;;) {
       Diagnostics said;
@@ -39,7 +39,8 @@ class ParallelNode final : public Node {
   }
 
   /// @param diagnostics  gets what is wrong with each branch
-  void play(Rehearsal& rehearsal, Scope& scope, BranchesTogether& together, Diagnostics& diagnostics) const {
+  void play(operations::Rehearsal& rehearsal, Scope& scope, operations::BranchesTogether& together,
+            Diagnostics& diagnostics) const {
     const double begin = rehearsal.duration;
     std::vector<double> durations;
     std::map<std::string, std::size_t, std::less<>> owner;
@@ -50,7 +51,7 @@ class ParallelNode final : public Node {
       together.begin_branch();
       branches[i]->rehearse(rehearsal, scope, diagnostics);
       together.end_branch();
-      settle_rehearsal(rehearsal, diagnostics);
+      operations::settle_rehearsal(rehearsal, diagnostics);
       rehearsal.claimed = outer;
       durations.push_back(rehearsal.duration);
       for (const std::string& device : claimed) {
@@ -86,7 +87,7 @@ class ParallelNode final : public Node {
 /// What runs meanwhile belongs to a parallel; the outermost counts.
 class InParallel {
  public:
-  InParallel(Context& context, const std::string& pointer)
+  InParallel(activity::Context& context, const std::string& pointer)
       : context_(context), outermost_(context.meanwhile.parallel.empty()) {
     if (!outermost_) return;
     context_.meanwhile.parallel = pointer;
@@ -101,7 +102,7 @@ class InParallel {
   InParallel& operator=(const InParallel&) = delete;
 
  private:
-  Context& context_;
+  activity::Context& context_;
   bool outermost_;
 };
 
@@ -232,4 +233,4 @@ std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointe
   return node;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -11,7 +11,7 @@
 #include "core/expression/moving_frames.h"
 #include "core/program/tree/measured_json.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -42,15 +42,15 @@ void collect_variables(const Json& state, const std::string& place,
 
 /// In real time a plan may come many cycles after it was asked for: a motion that is to be left in motion is taken over
 /// later.
-Scheduler::Options options_of(const Context& context) {
-  Scheduler::Options options{.latency_cycles = context.program_latency_cycles};
-  if (context.realtime != nullptr) options.margin_cycles = RealtimeSupport::kMargin;
+activity::Scheduler::Options options_of(const activity::Context& context) {
+  activity::Scheduler::Options options{.latency_cycles = context.program_latency_cycles};
+  if (context.realtime != nullptr) options.margin_cycles = activity::RealtimeSupport::kMargin;
   return options;
 }
 
 }  // namespace
 
-Result<Program> Program::parse(const Json& json, const std::string& pointer, const command::Cell& cell,
+Result<Program> Program::parse(const Json& json, const std::string& pointer, const expression::Cell& cell,
                                const Json* programs) {
   Diagnostics diagnostics;
   NodeParser parser(cell, programs, diagnostics);
@@ -64,9 +64,9 @@ Result<Program> Program::parse(const Json& json, const std::string& pointer, con
   return program;
 }
 
-Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices,
-                            std::vector<RehearsedNet>* nets) const {
-  Rehearsal rehearsal;
+Rehearsed Program::rehearse(const expression::Cell& cell, net::Environment* devices,
+                            std::vector<operations::RehearsedNet>* nets) const {
+  operations::Rehearsal rehearsal;
   rehearsal.nets = nets;
   rehearsal.cell = cell;
   rehearsal.devices = devices;
@@ -74,13 +74,13 @@ Rehearsed Program::rehearse(const command::Cell& cell, net::Environment* devices
     rehearsal.q[name] = arm.start;
     if (arm.device != nullptr) rehearsal.modes[name] = arm.device->mode();
   }
-  std::vector<FoundCollision> collisions;
+  std::vector<activity::FoundCollision> collisions;
   rehearsal.collisions.found = &collisions;
   Diagnostics diagnostics = warnings_;
   Scope scope;
-  check_start(rehearsal, diagnostics);
+  operations::check_start(rehearsal, diagnostics);
   root_->rehearse(rehearsal, scope, diagnostics);
-  settle_rehearsal(rehearsal, diagnostics);
+  operations::settle_rehearsal(rehearsal, diagnostics);
   return {each_once(diagnostics), rehearsal.duration, std::move(rehearsal.estimates), std::move(collisions),
           std::move(rehearsal.collisions.meanwhile.spaces)};
 }
@@ -92,10 +92,10 @@ std::vector<std::string> Program::names() const {
   return names;
 }
 
-ProgramRunner::ProgramRunner(const Program& program, Context& context)
+ProgramRunner::ProgramRunner(const Program& program, activity::Context& context)
     : program_(program),
       scheduler_(context.core, context.cell, options_of(context),
-                 context.realtime != nullptr ? *context.realtime : RealtimeSupport{}),
+                 context.realtime != nullptr ? *context.realtime : activity::RealtimeSupport{}),
       execution_(context),
       run_(std::make_unique<SettledRun>(program.root().begin(scope_))) {
   context.scheduler = &scheduler_;
@@ -107,20 +107,20 @@ ProgramRunner::~ProgramRunner() {
   if (execution_.context.scheduler == &scheduler_) execution_.context.scheduler = nullptr;
 }
 
-Progress ProgramRunner::advance() {
-  if (progress_ != Progress::kRunning) return progress_;
+operations::Progress ProgramRunner::advance() {
+  if (progress_ != operations::Progress::kRunning) return progress_;
   execution_.asking.clear();
-  update_flange_frames(execution_.context.cell);
+  expression::update_flange_frames(execution_.context.cell);
   scheduler_.poll();
   const Outcome outcome = run_->advance(execution_, diagnostics_);
   scheduler_.poll();  // what was asked for just now
   notice_lost_parts(execution_.context);
-  notice_lost_tools(execution_.context);
+  activity::notice_lost_tools(execution_.context);
   show_current();
   if (outcome == Outcome::kRunning) return progress_;
-  progress_ = outcome == Outcome::kFailed ? Progress::kFailed : Progress::kDone;
+  progress_ = outcome == Outcome::kFailed ? operations::Progress::kFailed : operations::Progress::kDone;
   // A step that failed is still shown.
-  if (progress_ == Progress::kDone) current_.clear(), paths_.clear();
+  if (progress_ == operations::Progress::kDone) current_.clear(), paths_.clear();
   return progress_;
 }
 
@@ -196,4 +196,4 @@ Diagnostics ProgramRunner::put_back(const Json& state) {
   return diagnostics;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

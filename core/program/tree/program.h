@@ -14,16 +14,16 @@
 #include "core/program/tree/node.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 
 /// What a rehearsal found out.
 struct Rehearsed {
   Diagnostics diagnostics;
   double duration = 0.0;                         ///< s: planned motions and waits, guarded motions to their end
   std::set<std::string, std::less<>> estimates;  ///< names of the poses that the program fits
-  std::vector<FoundCollision> collisions = {};   ///< in the order in which they were found
+  std::vector<activity::FoundCollision> collisions = {};  ///< in the order in which they were found
   /// What the run's `move`s keep clear of, for its Context; null: of nothing that moves.
-  std::shared_ptr<const MeanwhileSpaces> meanwhile = {};
+  std::shared_ptr<const activity::MeanwhileSpaces> meanwhile = {};
 };
 
 /// A program tree, checked for form and types. Immutable (docs/programs.md).
@@ -33,15 +33,15 @@ class Program {
   /// @param programs  what "call" may call: name to program, with pointers below "/programs"; may be null.
   /// Realtime: setup.
   [[nodiscard]] static Result<Program> parse(const nlohmann::ordered_json& json, const std::string& pointer,
-                                             const command::Cell& cell,
+                                             const expression::Cell& cell,
                                              const nlohmann::ordered_json* programs = nullptr);
 
   /// Plays the whole tree on nominal values: unreachable goals, limits, names that nothing defines, devices that two
   /// branches drive, bodies that collide. A guarded motion is taken to its end; of a branch all cases are played.
   /// @param devices  with them every net that the run will load is verified too; may be null. Realtime: setup.
   /// @param nets  gets the nets of all steps, in the order in which they were played; may be null
-  [[nodiscard]] Rehearsed rehearse(const command::Cell& cell, net::Environment* devices = nullptr,
-                                   std::vector<RehearsedNet>* nets = nullptr) const;
+  [[nodiscard]] Rehearsed rehearse(const expression::Cell& cell, net::Environment* devices = nullptr,
+                                   std::vector<operations::RehearsedNet>* nets = nullptr) const;
 
   [[nodiscard]] const Node& root() const { return *root_; }
   /// Number of steps that one run executes, repetitions counted as far as they are known; 10^12 means all that is
@@ -61,14 +61,14 @@ class Program {
 class ProgramRunner {
  public:
   /// `program` and `context` must outlive the runner.
-  ProgramRunner(const Program& program, Context& context);
+  ProgramRunner(const Program& program, activity::Context& context);
   ~ProgramRunner();
   ProgramRunner(const ProgramRunner&) = delete;
   ProgramRunner& operator=(const ProgramRunner&) = delete;
 
   /// Runs until it has to wait for the next cycle. A program that makes more than 10 000 steps without waiting is
   /// stopped with a diagnostic (row D1). @return where it is.
-  Progress advance();
+  operations::Progress advance();
   /// Graceful end: the steps that run are cancelled, nothing follows, not even a "finally".
   void cancel();
 
@@ -97,7 +97,7 @@ class ProgramRunner {
   /// Diagnostics: there is none, or it lies where nothing can be entered (a parallel, a called program).
   [[nodiscard]] Diagnostics enter(std::string_view name);
 
-  [[nodiscard]] Progress progress() const { return progress_; }
+  [[nodiscard]] operations::Progress progress() const { return progress_; }
   /// Why it failed.
   [[nodiscard]] const Diagnostics& diagnostics() const { return diagnostics_; }
   /// Names of the steps that run, joined by " + "; empty before the first and after the last.
@@ -114,15 +114,15 @@ class ProgramRunner {
   void show_current();
 
   const Program& program_;
-  Scheduler scheduler_;  ///< of the motions
+  activity::Scheduler scheduler_;  ///< of the motions
   Execution execution_;
   ControlLine strand_;
   Scope scope_;
   std::unique_ptr<NodeRun> run_;
-  Progress progress_ = Progress::kRunning;
+  operations::Progress progress_ = operations::Progress::kRunning;
   std::vector<RunningStep> shown_;
   std::string current_, paths_;
   Diagnostics diagnostics_;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -8,7 +8,7 @@
 #include "core/expression/condition.h"
 #include "core/program/tree/node.h"
 
-namespace takt::activity {
+namespace takt::program {
 
 /// Something that a program asks before it goes on: an expression, or a condition over sensors, which an activity of
 /// one cycle answers, so that it means what it means in a motion's "until". Immutable.
@@ -19,7 +19,8 @@ class Question {
                                       NodeParser& parser);
 
   /// The answer on nominal values; nothing: it is not known before the run.
-  [[nodiscard]] std::optional<bool> rehearse(Rehearsal& rehearsal, const Scope& scope, Diagnostics& diagnostics) const;
+  [[nodiscard]] std::optional<bool> rehearse(operations::Rehearsal& rehearsal, const Scope& scope,
+                                             Diagnostics& diagnostics) const;
   /// An expression is answered at once.
   [[nodiscard]] bool immediate() const { return immediate_; }
   [[nodiscard]] const ValueTemplate& piece() const { return piece_; }
@@ -36,20 +37,20 @@ class QuestionRun {
   QuestionRun(const Question& question, const Scope& scope) : question_(question), scope_(scope) {}
 
   /// @return kDone when answer() is there; kFailed with diagnostics if it cannot be known.
-  Progress advance(Execution& execution, Diagnostics& diagnostics);
+  operations::Progress advance(Execution& execution, Diagnostics& diagnostics);
   void cancel() {
     if (run_) run_->cancel();
   }
   [[nodiscard]] bool answer() const { return answer_; }
 
  private:
-  Progress begin(Execution& execution, Diagnostics& diagnostics);
-  Progress no_answer(Diagnostics& diagnostics) const;
+  operations::Progress begin(Execution& execution, Diagnostics& diagnostics);
+  operations::Progress no_answer(Diagnostics& diagnostics) const;
 
   const Question& question_;
   const Scope& scope_;
-  RunPtr run_;  ///< of a condition
+  activity::RunPtr run_;  ///< of a condition
   bool answer_ = false;
 };
 
-}  // namespace takt::activity
+}  // namespace takt::program

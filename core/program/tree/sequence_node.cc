@@ -10,7 +10,7 @@
 #include "core/program/tree/node.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -27,7 +27,7 @@ class SequenceNode final : public Node {
   /// One round of a sequence that does the same each time shows whatever the form of the steps can show; a second one
   /// starts where the first ended. The others are taken to last as long as the last one that was played. A sequence
   /// with expressions in it is played whole.
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+  void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     const std::int64_t outer = rehearsal.most_rounds;
     const std::int64_t rounds = constant() ? std::min(times, outer) : times;
     double last_round = 0.0;
@@ -68,7 +68,7 @@ class SequenceNode final : public Node {
   }
 
   /// None of its frames may be there when it begins: they are its own.
-  [[nodiscard]] Diagnostics check_frames(const command::Cell& cell) const {
+  [[nodiscard]] Diagnostics check_frames(const expression::Cell& cell) const {
     Diagnostics diagnostics;
     for (std::size_t i = 0; i < frames.size(); ++i) {
       if (!cell.frames.contains(frames[i])) continue;
@@ -78,12 +78,12 @@ class SequenceNode final : public Node {
     }
     return diagnostics;
   }
-  void end_frames(command::Cell& cell) const {
+  void end_frames(expression::Cell& cell) const {
     for (const std::string& frame : frames) cell.frames.remove(frame);
   }
 
  private:
-  bool rehearse_round(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const {
+  bool rehearse_round(operations::Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const {
     Diagnostics own;
     Scope scope(&around);
     declare(variables, sight_of(rehearsal, scope), scope, own);
@@ -224,4 +224,4 @@ std::unique_ptr<Node> parse_sequence(const Json& json, const std::string& pointe
   return node;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

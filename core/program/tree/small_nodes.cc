@@ -9,7 +9,7 @@
 #include "core/program/tree/question.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -21,7 +21,7 @@ class ImmediateNode : public Node {
   [[nodiscard]] std::int64_t count() const override { return 1; }
   virtual Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const = 0;
   /// It reads machines, or ends something: a motion that was left open has to be over.
-  [[nodiscard]] virtual bool needs_settled_state(const command::Cell& cell) const = 0;
+  [[nodiscard]] virtual bool needs_settled_state(const expression::Cell& cell) const = 0;
 };
 
 class ImmediateRun final : public NodeRun {
@@ -65,7 +65,7 @@ class LetNode final : public ImmediateNode {
  public:
   std::vector<std::pair<std::string, ValueTemplate>> values;
 
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+  void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     if (spend_rehearsal(rehearsal, *this, diagnostics)) assign(sight_of(rehearsal, scope), scope, diagnostics, {});
   }
   Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const override {
@@ -73,7 +73,7 @@ class LetNode final : public ImmediateNode {
     return assign(execution.eval_context(scope), scope, diagnostics, tell) ? Outcome::kDone : Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return false; }
-  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const override {
+  [[nodiscard]] bool needs_settled_state(const expression::Cell& cell) const override {
     return std::ranges::any_of(values, [&](const auto& value) { return value.second.changes(cell); });
   }
 
@@ -107,7 +107,7 @@ class TextNode final : public ImmediateNode {
   ValueTemplate text;
   bool fails = false;
 
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+  void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
     (void)text.value(sight_of(rehearsal, scope), diagnostics);
   }
   Outcome act(Execution& execution, Scope& scope, Diagnostics& diagnostics) const override {
@@ -123,20 +123,20 @@ class TextNode final : public ImmediateNode {
     return Outcome::kFailed;
   }
   [[nodiscard]] bool constant() const override { return text.constant(); }
-  [[nodiscard]] bool needs_settled_state(const command::Cell& cell) const override {
+  [[nodiscard]] bool needs_settled_state(const expression::Cell& cell) const override {
     return fails || text.changes(cell);
   }
 };
 
 class StopNode final : public ImmediateNode {
  public:
-  void rehearse(Rehearsal&, Scope&, Diagnostics&) const override {}
+  void rehearse(operations::Rehearsal&, Scope&, Diagnostics&) const override {}
   Outcome act(Execution& execution, Scope&, Diagnostics&) const override {
     execution.context.event("program", "stop", name);
     return Outcome::kStopped;
   }
   [[nodiscard]] bool constant() const override { return true; }
-  [[nodiscard]] bool needs_settled_state(const command::Cell&) const override { return true; }
+  [[nodiscard]] bool needs_settled_state(const expression::Cell&) const override { return true; }
 };
 
 // -- wait for an expression ----------------------------------------------------------------------------------------
@@ -147,8 +147,8 @@ class UntilNode final : public Node {
   std::optional<double> timeout;  ///< s
 
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
-  void rehearse(Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
-    settle_rehearsal(rehearsal, diagnostics);
+  void rehearse(operations::Rehearsal& rehearsal, Scope& scope, Diagnostics& diagnostics) const override {
+    operations::settle_rehearsal(rehearsal, diagnostics);
     if (spend_rehearsal(rehearsal, *this, diagnostics)) (void)until.value(sight_of(rehearsal, scope), diagnostics);
   }
   [[nodiscard]] std::int64_t count() const override { return 1; }
@@ -266,4 +266,4 @@ std::unique_ptr<Node> parse_until(const Json& json, const std::string& pointer, 
   return node;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

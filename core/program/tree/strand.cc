@@ -8,7 +8,7 @@
 
 #include "core/program/tree/outcome_json.h"
 
-namespace takt::activity {
+namespace takt::program {
 
 using Json = nlohmann::ordered_json;
 
@@ -17,14 +17,14 @@ const std::string& ControlLine::open_arm() const {
   return open_ ? open_->arm : kNone;
 }
 
-Progress ControlLine::advance(Execution& execution, Diagnostics& diagnostics) {
-  if (!open_) return Progress::kDone;
+operations::Progress ControlLine::advance(Execution& execution, Diagnostics& diagnostics) {
+  if (!open_) return operations::Progress::kDone;
   Diagnostics own;
-  const Progress progress = open_->run->advance(execution.context, own);
-  if (progress == Progress::kRunning) return progress;
+  const operations::Progress progress = open_->run->advance(execution.context, own);
+  if (progress == operations::Progress::kRunning) return progress;
   diagnostics.append(own, open_->pointer);
-  if (progress == Progress::kFailed) failed_ = opened_;
-  close(execution, progress == Progress::kDone ? "end" : "failed");
+  if (progress == operations::Progress::kFailed) failed_ = opened_;
+  close(execution, progress == operations::Progress::kDone ? "end" : "failed");
   return progress;
 }
 
@@ -45,9 +45,9 @@ Outcome settle_for(Execution& execution, const std::vector<Declaration>& declara
 
 Outcome ControlLine::settle(Outcome outcome, Execution& execution, Diagnostics& diagnostics) {
   if (outcome == Outcome::kFailed && open_) open_->run->cancel(execution.context);
-  const Progress progress = advance(execution, diagnostics);
-  if (progress == Progress::kRunning) return Outcome::kRunning;
-  return progress == Progress::kFailed ? Outcome::kFailed : outcome;
+  const operations::Progress progress = advance(execution, diagnostics);
+  if (progress == operations::Progress::kRunning) return Outcome::kRunning;
+  return progress == operations::Progress::kFailed ? Outcome::kFailed : outcome;
 }
 
 void ControlLine::cancel(Execution& execution) {
@@ -78,7 +78,7 @@ void ControlLine::restore(const Json& state, Execution& execution, Diagnostics& 
   }
   open.parts = 0;
   for (const Json& json : *open.steps) {
-    const Operation* operation = Operations::global().find(json.at("do").get<std::string>());
+    const operations::Operation* operation = operations::Operations::global().find(json.at("do").get<std::string>());
     if (operation == nullptr || operation->read_step == nullptr) throw std::out_of_range("there is no such step");
     Diagnostics own;
     auto step = operation->read_step({json, open.pointer, execution.context.cell, own});
@@ -149,4 +149,4 @@ void SettledRun::cancel(Execution& execution) {
   execution.strand->cancel(execution);
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -12,15 +12,15 @@
 
 #include "core/program/tree/node.h"
 
-namespace takt::activity {
+namespace takt::program {
 
 /// A motion that its step has left running, because the next step may go on with it.
 struct OpenStep {
-  std::unique_ptr<Step> step;    ///< null if the tree owns it
-  std::unique_ptr<StepRun> run;  ///< it refers to the step
-  std::string arm;               ///< that it moves
-  std::string name, pointer;     ///< of the part that is being done; of the whole step
-  std::int64_t parts = 1;        ///< steps that it consists of
+  std::unique_ptr<operations::Step> step;    ///< null if the tree owns it
+  std::unique_ptr<operations::StepRun> run;  ///< it refers to the step
+  std::string arm;                           ///< that it moves
+  std::string name, pointer;                 ///< of the part that is being done; of the whole step
+  std::int64_t parts = 1;                    ///< steps that it consists of
   /// The steps with what their expressions were worth, and the frames that were made of poses for them, by name: to
   /// begin them again from a snapshot.
   std::shared_ptr<const nlohmann::ordered_json> steps, frames;
@@ -43,7 +43,7 @@ class ControlLine {
   /// While something cleans up, only the end of the whole program cancels what it has left open.
   void protect(bool on) { protected_ += on ? 1 : -1; }
   /// Looks at the step that was left open. @return kDone: there is none (any more)
-  Progress advance(Execution& execution, Diagnostics& diagnostics);
+  operations::Progress advance(Execution& execution, Diagnostics& diagnostics);
   /// Something goes on with the step that was left open: it is over.
   void hand_over(Execution& execution) { close(execution, "end"); }
   /// What the line of control comes to, once nothing of it is left open: `outcome`, or kFailed with diagnostics. After
@@ -105,4 +105,4 @@ class SettledRun final : public NodeRun {
   Diagnostics diagnostics_;  ///< of what has ended
 };
 
-}  // namespace takt::activity
+}  // namespace takt::program

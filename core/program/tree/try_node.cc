@@ -9,7 +9,7 @@
 #include "core/program/tree/outcome_json.h"
 #include "core/program/tree/strand.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -27,26 +27,26 @@ class TryNode final : public Node {
   [[nodiscard]] std::unique_ptr<NodeRun> begin(Scope& scope) const override;
 
   /// The body, and each other part from where the body began: it is unknown where it fails.
-  void rehearse(Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
-    Rehearsal before = rehearsal;
+  void rehearse(operations::Rehearsal& rehearsal, Scope& around, Diagnostics& diagnostics) const override {
+    operations::Rehearsal before = rehearsal;
     before.open.reset();
     const Scope::Saved values = around.save();
     body->rehearse(rehearsal, around, diagnostics);
-    settle_rehearsal(rehearsal, diagnostics);
+    operations::settle_rehearsal(rehearsal, diagnostics);
     const Scope::Saved values_after = around.save();
     for (const Node* part : {recover.get(), handler.get()}) {
-      Rehearsal own = before;
+      operations::Rehearsal own = before;
       own.effort = rehearsal.effort;
-      keep_agreed_modes(rehearsal, own);
+      operations::keep_agreed_modes(rehearsal, own);
       around.restore(values);
       Scope scope(&around);
       declare_error(scope, "an error");
       Diagnostics inside;
       part->rehearse(own, scope, inside);
-      settle_rehearsal(own, inside);
+      operations::settle_rehearsal(own, inside);
       diagnostics.append(as_warnings(inside, "where a failure leaves the arm is not known"));
       rehearsal.effort = own.effort;
-      keep_agreed_modes(own, rehearsal);
+      operations::keep_agreed_modes(own, rehearsal);
       rehearsal.contacts.insert(own.contacts.begin(), own.contacts.end());
       rehearsal.estimates.insert(own.estimates.begin(), own.estimates.end());
     }
@@ -273,4 +273,4 @@ std::unique_ptr<Node> parse_try(const Json& json, const std::string& pointer, No
   return node;
 }
 
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -31,7 +31,13 @@ void put(std::uint32_t value, std::size_t count, std::span<std::byte> bytes, std
 
 // -- Network management
 // ------------------------------------------------------------------------------------------------
-enum class NmtCommand : std::uint8_t { kStart = 1, kStop = 2, kEnterPreOperational = 128, kResetNode = 129 };
+enum class NmtCommand : std::uint8_t {
+  kStart = 1,
+  kStop = 2,
+  kEnterPreOperational = 128,
+  kResetNode = 129,
+  kResetCommunication = 130
+};
 enum class NmtState : std::uint8_t { kBootUp = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 [[nodiscard]] CanFrame nmt_frame(NmtCommand command, NodeId node);
 /// The command of an NMT message, if it is one for this node: its own number, or 0 for all.

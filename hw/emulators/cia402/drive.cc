@@ -191,7 +191,8 @@ void Drive::follow_control(Nanoseconds now) {
   const DriveState next = next_state(state_, control, std::exchange(control_before_, control));
   const bool up =
       next == DriveState::kReadyToSwitchOn || next == DriveState::kSwitchedOn || next == DriveState::kOperationEnabled;
-  if (next == state_ || (up && !powered_)) return;
+  waits_ = next != state_ && up && !powered_;
+  if (next == state_ || waits_) return;
   if (state_ == DriveState::kFault) {
     objects_.set(kErrorCode, 0);
     error_ = std::uint16_t{0};

@@ -37,9 +37,11 @@ class Drive {
   [[nodiscard]] AxisPoint at(Nanoseconds now) const;
   /// Its voltage was switched off in motion since the last call: the brakes have to close.
   [[nodiscard]] bool take_brakes();
+  /// At the last SYNC its master wanted it on, and the joint did not follow set points: the brakes may open.
+  [[nodiscard]] bool waits_for_power() const { return waits_; }
 
   // -- The bus's side
-  /// All objects of a set point were written: it counts from the next cycle on.
+  /// The target position was written: the set point counts from the next cycle on.
   void take_outputs() { fresh_ = true; }
   /// SYNC has come.
   void begin_cycle(Nanoseconds now);
@@ -79,7 +81,7 @@ class Drive {
   std::uint16_t control_before_ = 0;
   AxisPoint measured_;
   double torque_ = 0.0;
-  bool powered_ = false, has_measured_ = false, brakes_ = false;
+  bool powered_ = false, has_measured_ = false, brakes_ = false, waits_ = false;
   std::optional<std::uint16_t> error_;
   AxisPoint from_, to_;                 // of the cycle that runs; after a quick stop began: from_ alone
   Nanoseconds begin_ = 0;               // of that cycle, or of the ramp

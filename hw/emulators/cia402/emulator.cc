@@ -64,6 +64,14 @@ void Emulator::drive(Nanoseconds now) {
   bool brakes = false;
   for (const auto& node : nodes_) brakes = node->take_brakes() || brakes;
   if (brakes) machine_->brake();
+  closed_ = closed_ || brakes;
+  const bool wanted = std::ranges::any_of(nodes_, [](const auto& node) {
+    return node->state() == NmtState::kOperational && node->drive().waits_for_power();
+  });
+  if (closed_ && !brakes && wanted && open_) {
+    closed_ = false;
+    open_();
+  }
   if (brakes || !has_sample_ || !sample_.ready) return;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const AxisPoint told = nodes_[i]->drive().at(now);

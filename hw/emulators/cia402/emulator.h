@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/device/driver.h"
@@ -23,6 +25,8 @@ class Emulator final : public device::ControllerEmulator {
            std::shared_ptr<device::ArmBackend> machine);
 
   void advance(Nanoseconds now) override;
+  /// Brakes that the drives themselves closed open when a master switches the drives on again.
+  void set_brakes(std::function<void()> /*close*/, std::function<void()> open) override { open_ = std::move(open); }
   [[nodiscard]] std::vector<std::string> news() override;
 
   // -- For who makes time go on in smaller steps (Twin).
@@ -47,7 +51,8 @@ class Emulator final : public device::ControllerEmulator {
   std::vector<DriveState> told_;
   device::ArmSample sample_;
   device::ArmSetPoint set_point_;
-  bool has_sample_ = false;
+  bool has_sample_ = false, closed_ = false;  // closed_: brakes, by a drive
+  std::function<void()> open_;
 };
 
 }  // namespace takt::hw::cia402

@@ -8,6 +8,8 @@ namespace {
 using Kind = SdoMessage::Kind;
 
 constexpr std::uint32_t kOff = 1u << 31;  // of an identifier: this process data message does not exist
+// What makes an identifier of the word that masters write: bit 30 is about remote frames, which nobody sends here.
+constexpr std::uint32_t kIdentifier = kOff | 0x7FF;
 constexpr std::uint16_t kOutputParameters = 0x1400, kOutputMapping = 0x1600, kInputParameters = 0x1800,
                         kInputMapping = 0x1A00;
 constexpr std::uint8_t kMostMapped = 4;
@@ -25,12 +27,18 @@ MappedObject mapped(std::uint32_t word) {
 }  // namespace
 
 Node::Node(NodeId id, const DriveOptions& options, Send send) : id_(id), options_(options), send_(std::move(send)) {
-  fill_dictionary(options);
+  fill_dictionary();
 }
 
-void Node::fill_dictionary(const DriveOptions& options) {
-  using Access = Dictionary::Access;
+void Node::fill_dictionary() {
   objects_ = {};
+  fill_communication();
+  drive_ = std::make_unique<Drive>(objects_, options_);
+}
+
+/// As a node has it that nobody has set up.
+void Node::fill_communication() {
+  using Access = Dictionary::Access;
   objects_.add(kDeviceType, {.access = Access::kConstant, .value = 0x0002'0000 | kProfileOfDrives});
   objects_.add(kErrorRegister, {.size = 1, .access = Access::kReadOnly});
   objects_.add(kSyncCobId, {.lowest = kSyncId, .highest = kSyncId, .value = kSyncId});
@@ -52,13 +60,14 @@ void Node::fill_dictionary(const DriveOptions& options) {
       for (std::uint8_t sub = 1; sub <= kMostMapped; ++sub) objects_.add({index, sub}, {.lowest = 0});
     }
   }
-  drive_ = std::make_unique<Drive>(objects_, options);
 }
 
 void Node::restart(Nanoseconds now) {
   state_ = NmtState::kBootUp;
   brakes_ = drive_->at(now).dq != 0.0;
-  fill_dictionary(options_);
+  used_ = came_ = 0;
+  targeted_ = false;
+  fill_dictionary();
   master_heard_ = -1;
   pass(now);
 }
@@ -94,6 +103,12 @@ void Node::obey(NmtCommand command, Nanoseconds now) {
     case NmtCommand::kResetNode:
       restart(now);
       break;
+    case NmtCommand::kResetCommunication:
+      leave_operation(NmtState::kBootUp, now);
+      fill_communication();
+      master_heard_ = -1;
+      pass(now);
+      break;
   }
 }
 
@@ -101,6 +116,8 @@ void Node::obey(NmtCommand command, Nanoseconds now) {
 void Node::leave_operation(NmtState state, Nanoseconds now) {
   const bool led = state_ == NmtState::kOperational && drive_->state() == DriveState::kOperationEnabled;
   state_ = state;
+  used_ = came_ = 0;
+  targeted_ = false;
   if (led) drive_->fail(kErrorOutputsMissing, now);
 }
 
@@ -154,7 +171,9 @@ void Node::serve(const SdoMessage& request) {
   } else if (request.kind == Kind::kWrite) {
     answer.kind = Kind::kWriteAnswer;
     objects_.set(request.id, request.value);
+    if (request.id == kTargetPosition) drive_->take_outputs();
   } else {
+    if (measurable_) drive_->report();  // what it measures, whether or not process data run
     answer.kind = Kind::kReadAnswer;
     answer.size = objects_.find(request.id)->size;
     answer.value = objects_.value(request.id);
@@ -197,10 +216,12 @@ std::optional<SdoAbort> Node::refuse_mapping(const SdoMessage& request) const {
 // -- Process data
 // ------------------------------------------------------------------------------------------------------
 
+/// A set point is there with its target, in whichever message that is mapped, and with all messages that this master
+/// has sent so far: of a new target with an old velocity nobody knows what is meant.
 void Node::take_outputs(const CanFrame& frame) {
   for (const std::uint16_t number : {0, 1}) {
     const std::uint32_t id = objects_.value({static_cast<std::uint16_t>(kOutputParameters + number), 1});
-    if (frame.id != id) continue;
+    if (frame.id != (id & kIdentifier)) continue;
     const auto mapping = static_cast<std::uint16_t>(kOutputMapping + number);
     const std::uint32_t count = objects_.value({mapping, 0});
     std::size_t size = 0;
@@ -210,19 +231,19 @@ void Node::take_outputs(const CanFrame& frame) {
     for (std::uint8_t i = 1; i <= count; ++i) {
       const MappedObject entry = mapped(objects_.value({mapping, i}));
       objects_.set(entry.id, get(frame.data, at, entry.bits / 8));
+      targeted_ = targeted_ || entry.id == kTargetPosition;
       at += entry.bits / 8;
     }
-    outputs_ |= 1u << number;
+    came_ |= 1u << number;
+    used_ |= 1u << number;
   }
-  constexpr unsigned kAll = 3;
-  if (outputs_ != kAll) return;
-  outputs_ = 0;
-  drive_->take_outputs();
+  if (targeted_ && came_ == used_) drive_->take_outputs();
 }
 
 void Node::begin_cycle(Nanoseconds now) {
   if (!measurable_ || state_ != NmtState::kOperational) return;
-  outputs_ = 0;
+  came_ = 0;
+  targeted_ = false;
   drive_->begin_cycle(now);
   drive_->report();
   send_errors();
@@ -231,7 +252,8 @@ void Node::begin_cycle(Nanoseconds now) {
 
 void Node::send_inputs(std::uint16_t number) {
   const auto mapping = static_cast<std::uint16_t>(kInputMapping + number);
-  CanFrame frame{.id = objects_.value({static_cast<std::uint16_t>(kInputParameters + number), 1})};
+  const std::uint32_t id = objects_.value({static_cast<std::uint16_t>(kInputParameters + number), 1});
+  CanFrame frame{.id = id & kIdentifier};
   const std::uint32_t count = objects_.value({mapping, 0});
   if ((frame.id & kOff) != 0 || count == 0) return;
   for (std::uint8_t i = 1; i <= count; ++i) {

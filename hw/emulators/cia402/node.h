@@ -36,7 +36,8 @@ class Node {
   [[nodiscard]] Dictionary& objects() { return objects_; }
 
  private:
-  void fill_dictionary(const DriveOptions& options);
+  void fill_dictionary();
+  void fill_communication();
   void obey(NmtCommand command, Nanoseconds now);
   void leave_operation(NmtState state, Nanoseconds now);
   void hear_heartbeat(const CanFrame& frame, Nanoseconds now);
@@ -56,7 +57,8 @@ class Node {
   std::unique_ptr<Drive> drive_;
   NmtState state_ = NmtState::kBootUp;
   bool measurable_ = false, brakes_ = false;
-  unsigned outputs_ = 0;  // bits of the messages with outputs that came since SYNC
+  unsigned used_ = 0, came_ = 0;  // messages with outputs that this master sends; of these, since SYNC
+  bool targeted_ = false;         // one of the latter had the target
   Nanoseconds next_heartbeat_ = 0, master_heard_ = -1;
 };
 

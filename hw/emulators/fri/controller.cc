@@ -174,7 +174,8 @@ void Controller::try_to_start() {
   if (--start_cycles_left_ == 0) return fall_back(net::Text("friStart was given up: no good answers in time"));
   // The remote side can only mirror what it was told before: not where the arm has begun to be held in this cycle.
   if (stopping_ || held_cycles_ < kMirrorCycles || !machine_is_in_mode()) return;
-  if (window_.quality() == Quality::kUnacceptable || !has_command_) return;
+  // It goes on until the quality is unacceptable. What begins with less than ok has nothing in reserve.
+  if (window_.quality() < Quality::kOk || !has_command_) return;
   start_cycles_left_ = 0;
   if (const auto mismatch = start_mismatch()) {
     return fall_back(net::format_text("FRI interpolation error: {}", mismatch->view()));
@@ -255,7 +256,7 @@ std::optional<net::Text> Controller::wrong_motion(const Interpolator& next) cons
   const auto name = [&](int i) { return std::string_view(arm_->joint_names[static_cast<std::size_t>(i)]); };
   for (int i = 0; i < kJoints; ++i) {
     const double fastest = options_.velocity_factor * limits.velocity[i];
-    const double hardest = options_.acceleration_factor * safety_limits_ * limits.acceleration[i];
+    const double hardest = safety_limits_ * options_.acceleration[i];
     if (!(q[i] >= limits.lower[i] && q[i] <= limits.upper[i]))
       return net::format_text("joint {}: {:.4f} rad is out of range", name(i), q[i]);
     if (!(std::abs(v[i]) <= fastest))
@@ -300,9 +301,13 @@ void Controller::fall_back(const net::Text& why) {
   stop_motion();
 }
 
-/// Brakes within the limits from where the arm is told to be now: at the end of the last cycle.
+/// Brakes within the limits from where the arm is told to be now: at the end of the last cycle. What a remote side asks
+/// for may be harder than the model allows; drives that brake do not first bring that down within its jerk.
 void Controller::stop_motion() {
-  ramp_ = device::BrakeRamp(interpolator_.at(cycle_), arm_->limits);
+  motion::JointSample from = interpolator_.at(cycle_);
+  const auto& hardest = arm_->limits.acceleration;
+  for (int i = 0; i < kJoints; ++i) from.ddq[i] = std::clamp(from.ddq[i], -hardest[i], hardest[i]);
+  ramp_ = device::BrakeRamp(from, arm_->limits);
   ramp_begin_ = begun_;
   stopping_ = true;
   compliance_.feed_forward.setZero();

@@ -23,7 +23,9 @@ struct ControllerOptions {
   double start_tolerance = 0.0175;   ///< rad: command and position may differ by that when command state begins
   double start_tolerance_m = 0.005;  ///< the same of a Cartesian command
   double velocity_factor = 1.05;     ///< of the model's limits: what the controller observes
-  double acceleration_factor = 2.5;  ///< likewise
+  /// rad/s^2, what it observes of commanded accelerations: 1200 1200 1600 1600 2500 4400 4400 deg/s^2 in the file of
+  /// the controller that TUM's FRICheck names. friStart() scales it.
+  Joints acceleration{(Joints() << 20.9, 20.9, 27.9, 27.9, 43.6, 76.8, 76.8).finished()};
   bool task_frame_is_tool = true;    ///< $STIFFNESS.TASKFRAME: wrenches and stiffness in axes of the tool, else base
   std::uint16_t first_sequence = 1;  ///< of its counter
 };

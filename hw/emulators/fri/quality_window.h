@@ -11,7 +11,7 @@ namespace takt::hw::fri {
 
 /// From which share of answered datagrams on the quality is what. KUKA publishes no thresholds: these are ours.
 struct QualityRules {
-  double perfect = 0.99, ok = 0.95, bad = 0.70;
+  double perfect = 0.99, ok = 0.85, bad = 0.70;
 };
 
 /// How well the remote side answers, over the last kWindow cycles. What has not been sent yet counts as unanswered, so

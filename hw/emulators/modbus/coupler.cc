@@ -77,6 +77,12 @@ void Coupler::look(Nanoseconds now) {
   }
 }
 
+/// Who knows no unit asks for 255, which TCP recommends, or for 0.
+bool Coupler::is_own(std::uint8_t unit) const {
+  constexpr std::uint8_t kNoUnit = 255, kAnyUnit = 0;
+  return unit == options_.map.unit || unit == kNoUnit || unit == kAnyUnit;
+}
+
 void Coupler::serve(Nanoseconds now) {
   if (listener_ == nullptr) return;
   while (auto link = listener_->accept()) {
@@ -92,7 +98,7 @@ void Coupler::serve(Client& client, Nanoseconds now) {
   client.link.receive([&](std::string_view bytes) { client.parser.feed(bytes); });
   while (const auto frame = client.parser.next()) {
     // Requests for other units behind a gateway: there is none.
-    if (frame->unit != options_.map.unit) continue;
+    if (!is_own(frame->unit)) continue;
     heard_at_ = now;
     heard_ = true;
     std::string bytes;

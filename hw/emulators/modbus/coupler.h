@@ -23,7 +23,7 @@ struct CouplerOptions {
 /// A bus coupler with terminals on Modbus TCP, around terminals that do what they are told. One thread.
 class Coupler final : public device::ControllerEmulator {
  public:
-  static constexpr std::size_t kMostClients = 4;
+  static constexpr std::size_t kMostClients = 20;
 
   /// @param network  outlives the coupler @param machine  all terminals of the description
   Coupler(const CouplerOptions& options, std::shared_ptr<const device::IoDescription> description, Network& network,
@@ -53,6 +53,7 @@ class Coupler final : public device::ControllerEmulator {
     FrameParser parser;
   };
   void serve(Client& client, Nanoseconds now);
+  [[nodiscard]] bool is_own(std::uint8_t unit) const;
   void clear_outputs();
   [[nodiscard]] std::vector<std::uint16_t>& table_of(Function function);
   [[nodiscard]] std::uint16_t first_of(Function function) const;

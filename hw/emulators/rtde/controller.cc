@@ -1,6 +1,7 @@
 #include "hw/emulators/rtde/controller.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +16,9 @@ motion::JointSample state_between(const JointVector& before, const JointVector& 
   return {here, (after - before) / (2.0 * period), (after - 2.0 * here + before) / (period * period)};
 }
 
+/// A share that counts; one that is out of range, or no number, counts as not written.
+bool is_share(double value) { return value >= 0.0 && value <= 1.0; }
+
 /// What an installed program does that has nothing to do.
 constexpr std::string_view kWaiting = "def takt():\n  while True:\n    sync()\n  end\nend\n";
 
@@ -27,6 +31,7 @@ Controller::Controller(const ControllerOptions& options, std::shared_ptr<const d
       motion_(arm, to_seconds(kSecond / options.version.frequency())),
       sockets_(network),
       programs_(library_, events_, [this](int thread) { release_motion(thread); }),
+      external_control_(network, options.external_control),
       fields_(output_fields().size()),
       input_values_(input_fields().size()) {
   add_register_functions(library_, *this);
@@ -38,7 +43,9 @@ Controller::Controller(const ControllerOptions& options, std::shared_ptr<const d
   add_math_functions(library_);
   add_system_functions(library_, *this);
   add_socket_functions(library_, *this);
+  programs_.installed = options_.programs;
   programs_.installed["/programs/takt.urp"] = kWaiting;
+  if (external_control_.installed()) programs_.installed[std::string(ExternalControl::kPath)] = kWaiting;
   (void)programs_.load("/programs/takt.urp");
   power_.step(time());
   plant_.q = arm->home;
@@ -55,6 +62,7 @@ void Controller::run_frame(const PlantSample& plant) {
   wrench_ = motion_.kinematics().wrench(plant.q, plant.tau_external);
   power_.step(time());
   if (programs_.running() || !power_.can_move()) end_freedrive();
+  poll_external_control();
   if (programs_.running() && !std::exchange(program_began_, true)) io_.follow_program(true);
   programs_.run_frame(time(), power_.can_move());
   step_motion();
@@ -96,6 +104,31 @@ void Controller::update_knots() {
 // -- What several interfaces can ask for
 // -------------------------------------------------------------------------------
 
+bool Controller::play() {
+  if (!power_.can_move() || !options_.remote_control) return false;
+  const bool external = external_control_.installed() && programs_.loaded() == ExternalControl::kPath;
+  return external && !programs_.running() ? external_control_.begin(time()) : programs_.play();
+}
+
+void Controller::stop_program() {
+  external_control_.cancel();
+  programs_.stop();
+}
+
+void Controller::poll_external_control() {
+  const auto script = external_control_.poll(time());
+  if (!script) return;
+  if (*script) {
+    (void)programs_.start(**script);
+  } else {
+    events_.add({.kind = ControllerEvent::Kind::kError,
+                 .level = 2,
+                 .title = {},
+                 .text = script->error().list().front().message,
+                 .time = time()});
+  }
+}
+
 void Controller::protective_stop(const std::string& why, int code, int level) {
   power_.protective_stop();
   programs_.pause();
@@ -105,11 +138,11 @@ void Controller::protective_stop(const std::string& why, int code, int level) {
 
 void Controller::emergency_stop(bool pressed) {
   power_.emergency_stop(pressed);
-  if (pressed) programs_.stop();
+  if (pressed) stop_program();
 }
 
 void Controller::power_off() {
-  programs_.stop();
+  stop_program();
   power_.power_off();
 }
 
@@ -166,7 +199,7 @@ void Controller::apply_input(FieldTable::Id id, const FieldValue& value) {
   if (id >= kInts && id < kInts + Registers::kCount) {
     inputs_.ints[id - kInts] = static_cast<std::int32_t>(value[0]);
   } else if (id >= kReals && id < kReals + Registers::kCount) {
-    inputs_.reals[id - kReals] = value[0];
+    if (std::isfinite(value[0])) inputs_.reals[id - kReals] = value[0];
   } else if (id >= kBits && id < kBits + 64u) {
     inputs_.bits[64u + id - kBits] = value[0] != 0.0;
   } else if (id == kFirstWord || id == kSecondWord) {
@@ -191,12 +224,14 @@ void Controller::apply_masks() {
   const auto analog = static_cast<unsigned>(input("standard_analog_output_mask"));
   const auto types = static_cast<unsigned>(input("standard_analog_output_type"));
   for (unsigned i = 0; i < 2; ++i) {
-    if ((analog >> i & 1u) == 0) continue;
-    io_.analog_out[i] = std::clamp(input(fmt::format("standard_analog_output_{}", i)), 0.0, 1.0);
+    const double level = input(fmt::format("standard_analog_output_{}", i));
+    if ((analog >> i & 1u) == 0 || !is_share(level)) continue;
+    io_.analog_out[i] = level;
     Terminals::set_type(io_.analog_types, Terminals::kAnalogOut + i, (types >> i & 1u) != 0);
   }
   set_input("standard_analog_output_mask", 0.0);
-  if (input("speed_slider_mask") == 1.0) settings_.slider = std::clamp(input("speed_slider_fraction"), 0.0, 1.0);
+  const double slider = input("speed_slider_fraction");
+  if (input("speed_slider_mask") == 1.0 && is_share(slider)) settings_.slider = slider;
   set_input("speed_slider_mask", 0.0);
 }
 

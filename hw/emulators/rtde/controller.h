@@ -3,7 +3,9 @@
 #include <array>
 #include <bitset>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "core/device/description.h"
 #include "core/motion/path_sample.h"
 #include "hw/emulators/rtde/events.h"
+#include "hw/emulators/rtde/external_control.h"
 #include "hw/emulators/rtde/io.h"
 #include "hw/emulators/rtde/motion.h"
 #include "hw/emulators/rtde/power.h"
@@ -28,7 +31,9 @@ struct ControllerOptions {
   bool running = true;                ///< begins with brakes open; else without power
   bool remote_control = true;         ///< e-Series accept programs only so
   Nanoseconds uptime = 60 * kSecond;  ///< what its clock shows at the beginning; clients take less for booting
-  int fresh_packages = 0;             ///< a fault: RTDE repeats a package after so many new ones; 0: never
+  std::map<std::string, std::string> programs = {};   ///< installed ones: "/programs/NAME.urp", and their scripts
+  std::optional<hw::Endpoint> external_control = {};  ///< client of the URCap; null: it is not installed
+  int fresh_packages = 0;  ///< a fault: RTDE repeats a package after so many new ones; 0: never
 };
 
 /// What the joints do, as the controller measures it.
@@ -101,6 +106,9 @@ class Controller {
 
   // -- What several interfaces can ask for
   // -----------------------------------------------------------------------------
+  /// Starts the program that is loaded, or goes on with a paused one. @return false: it cannot now
+  bool play();
+  void stop_program();
   void protective_stop(const std::string& why, int code = 209, int level = 2);
   void emergency_stop(bool pressed);
   void power_off();
@@ -115,6 +123,7 @@ class Controller {
 
  private:
   void release_motion(int thread);
+  void poll_external_control();
   void step_motion();
   void follow_plant();
   void update_knots();
@@ -142,6 +151,7 @@ class Controller {
   ScriptSockets sockets_;
   urscript::Library library_;
   Programs programs_;
+  ExternalControl external_control_;
   PlantSample plant_;
   Vector6 wrench_ = Vector6::Zero();
   std::uint64_t frame_ = 0;

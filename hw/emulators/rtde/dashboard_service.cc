@@ -134,17 +134,14 @@ void DashboardService::add_program_commands() {
     return name.empty() ? std::string("Error while loading installation: ") : "Loading installation: " + name;
   });
   add_with_argument("load", [this](const std::string& path) { return load(path); });
-  add("play", [&] {
-    const bool can = controller_.power().can_move() && controller_.options().remote_control && programs.play();
-    return std::string(can ? "Starting program" : "Failed to execute: play");
-  });
+  add("play", [this] { return std::string(controller_.play() ? "Starting program" : "Failed to execute: play"); });
   add("pause", [&] {
     if (!programs.running()) return std::string("Failed to execute: pause");
     programs.pause();
     return std::string("Pausing program");
   });
-  add("stop", [&] {
-    programs.stop();
+  add("stop", [this] {
+    controller_.stop_program();
     return std::string("Stopped");
   });
   add("running", [&] {
@@ -160,7 +157,14 @@ void DashboardService::add_program_commands() {
 std::string DashboardService::load(const std::string& path) {
   Programs& programs = controller_.programs();
   const std::string whole = path.starts_with('/') ? path : "/programs/" + path;
-  if (!programs.load(whole)) return "File not found: " + path;
+  switch (programs.load(whole)) {
+    case Programs::Loading::kNotFound:
+      return "File not found: " + path;
+    case Programs::Loading::kInvalid:
+      return "Error while loading program: " + path;
+    case Programs::Loading::kLoaded:
+      break;
+  }
   return "Loading program: " + path;
 }
 

@@ -15,7 +15,8 @@ constexpr std::size_t kMostSecondaries = 20;
 Programs::Programs(const urscript::Library& library, EventLog& events, std::function<void(int)> released)
     : library_(library), events_(events), released_(std::move(released)) {}
 
-bool Programs::start(std::string_view text) {
+/// Reports what is wrong. @return null then
+std::shared_ptr<const urscript::Program> Programs::compile(std::string_view text) {
   urscript::ScriptError error;
   auto program = urscript::compile(text, library_, error);
   if (program == nullptr) {
@@ -24,8 +25,13 @@ bool Programs::start(std::string_view text) {
                .column = static_cast<std::uint32_t>(error.column),
                .title = {},
                .text = error.text});
-    return false;
   }
+  return program;
+}
+
+bool Programs::start(std::string_view text) {
+  auto program = compile(text);
+  if (program == nullptr) return false;
   if (program->secondary && secondaries_.size() >= kMostSecondaries) return false;
   const int first_thread = program->secondary ? kFirstSecondary : 1;
   auto machine = std::make_unique<urscript::Machine>(std::move(program), library_, first_thread);
@@ -40,12 +46,13 @@ bool Programs::start(std::string_view text) {
   return true;
 }
 
-bool Programs::load(const std::string& path) {
+Programs::Loading Programs::load(const std::string& path) {
   const auto at = installed.find(path);
-  if (at == installed.end()) return false;
+  if (at == installed.end()) return Loading::kNotFound;
+  if (compile(at->second) == nullptr) return Loading::kInvalid;
   stop();
   loaded_ = path;
-  return true;
+  return Loading::kLoaded;
 }
 
 bool Programs::play() {

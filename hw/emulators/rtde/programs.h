@@ -44,8 +44,9 @@ class Programs {
   // --------------------------------------------------------------------------------------
   /// Programs that load() finds, by path, and their scripts.
   std::map<std::string, std::string> installed;
-  /// @return false: there is none of this name.
-  bool load(const std::string& path);
+  enum class Loading : std::uint8_t { kLoaded, kNotFound, kInvalid };
+  /// In place of the one that was loaded, and that runs. What does not compile is reported, and changes nothing.
+  Loading load(const std::string& path);
   [[nodiscard]] const std::string& loaded() const { return loaded_; }
   /// Starts it, or goes on with a paused program. @return false if it cannot.
   bool play();
@@ -76,6 +77,7 @@ class Programs {
   void run_secondaries();
   void end_main();
   void report_end(const urscript::Machine& machine);
+  [[nodiscard]] std::shared_ptr<const urscript::Program> compile(std::string_view text);
   void add_event(ControllerEvent event);
   void add_key(std::string_view title, const urscript::Machine& machine);
 

@@ -32,7 +32,7 @@ struct LineCommand {
   void (*run)(Controller&);
 };
 constexpr std::array<LineCommand, 10> kLineCommands = {
-    {{"stop program", [](Controller& c) { c.programs().stop(); }},
+    {{"stop program", [](Controller& c) { c.stop_program(); }},
      {"pause program", [](Controller& c) { c.programs().pause(); }},
      {"resume program", [](Controller& c) { (void)c.programs().resume(); }},
      {"power on", [](Controller& c) { c.power().power_on(); }},

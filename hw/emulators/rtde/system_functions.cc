@@ -21,14 +21,16 @@ constexpr double kConnectTime = 2.0;  // s, in which socket_open() gives up
 constexpr int kMostNumbers = 30;      // of one socket_read_...(): as many as a real controller reads at once
 constexpr std::size_t kLongestLine = 4096;
 
-/// Asks `take` in each frame until it gives something, or for `seconds` (0: for ever), then `otherwise`.
-Wait wait_for(Controller& c, double seconds, const Value& otherwise, std::function<std::optional<Value>()> take) {
+/// What `take` gives at once: the program goes on in the same frame. Else it is asked in each frame until it gives
+/// something, or for `seconds` (0: for ever), then `otherwise`.
+Outcome wait_for(Controller& c, double seconds, const Value& otherwise, std::function<std::optional<Value>()> take) {
+  if (auto value = take()) return *std::move(value);
   const Nanoseconds end = c.time() + static_cast<Nanoseconds>(seconds * 1e9);
-  return [=, &c, take = std::move(take)]() -> std::optional<Value> {
+  return Wait([=, &c, take = std::move(take)]() -> std::optional<Value> {
     if (auto value = take()) return value;
     if (seconds > 0.0 && c.time() >= end) return otherwise;
     return std::nullopt;
-  };
+  });
 }
 
 bool is_open(Controller& c, const std::string& name) { return c.sockets().state(name) == StreamLink::State::kOpen; }

@@ -1,8 +1,10 @@
 // The driver kind "rtde", as site files and --backend name it.
+#include <filesystem>
 #include <thread>
 
 #include <fmt/format.h>
 
+#include "core/base/json.h"
 #include "hw/drivers.h"
 #include "hw/emulators/rtde/emulated_robot.h"
 #include "hw/rtde/driver.h"
@@ -120,6 +122,7 @@ class RtdeKind final : public device::ArmDriverKind {
  private:
   static void read_address(ObjectReader& reader, RtdeSettings& settings);
   static void read_wire(ObjectReader& reader, RtdeSettings& settings);
+  static void read_installation(ObjectReader& reader, RtdeSettings& settings);
 };
 
 void RtdeKind::read_address(ObjectReader& reader, RtdeSettings& settings) {
@@ -145,6 +148,44 @@ void RtdeKind::read_wire(ObjectReader& reader, RtdeSettings& settings) {
   settings.driver.transport = settings.faults.wire.transport;
 }
 
+/// What is installed on an emulated controller: programs by their names, and scripts as PolyScope saves them beside.
+void RtdeKind::read_installation(ObjectReader& reader, RtdeSettings& settings) {
+  ControllerOptions& controller = settings.controller;
+  controller.remote_control = reader.boolean("remote_control", true);
+  if (!controller.remote_control && !settings.driver.e_series) {
+    reader.diagnostics().error(Code::kIncompatible, reader.at("remote_control"), "a CB3 has no remote control",
+                               "Add series=e, or remove remote_control");
+  }
+  if (const std::string client = reader.text("external_control", ""); !client.empty()) {
+    constexpr std::uint16_t kExternalControlPort = 50002;
+    const auto endpoint = hw::parse_endpoint(client, kExternalControlPort);
+    if (endpoint) {
+      controller.external_control = *endpoint;
+    } else {
+      reader.diagnostics().append(endpoint.error(), reader.at("external_control"));
+    }
+  }
+  const std::string folder = reader.text("programs", "");
+  if (folder.empty()) return;
+  constexpr std::size_t kLongest = 1u << 20;
+  std::error_code failed;
+  for (const auto& file : std::filesystem::directory_iterator(folder, failed)) {
+    if (file.path().extension() != ".script") continue;
+    auto text = read_file(file.path(), kLongest);
+    if (!text) {
+      reader.diagnostics().append(text.error(), reader.at("programs"));
+      continue;
+    }
+    controller.programs[fmt::format("/programs/{}.urp", file.path().stem().string())] = std::move(*text);
+  }
+  if (failed || controller.programs.empty()) {
+    reader.diagnostics().error(
+        failed ? Code::kFileNotReadable : Code::kNotFound, reader.at("programs"),
+        failed ? fmt::format("'{}': {}", folder, failed.message()) : fmt::format("'{}' has no .script", folder),
+        "Name a folder with the scripts that PolyScope saves beside its programs: NAME.script for NAME.urp");
+  }
+}
+
 std::shared_ptr<const device::DriverSettings> RtdeKind::read(ObjectReader& reader) const {
   auto settings = std::make_shared<RtdeSettings>();
   read_address(reader, *settings);
@@ -158,6 +199,7 @@ std::shared_ptr<const device::DriverSettings> RtdeKind::read(ObjectReader& reade
   driver.power_on = reader.boolean("power_on", false);
   settings->emulated_peer = reader.boolean("emulated", hw::Endpoint{driver.host, 0}.is_loopback());
   read_wire(reader, *settings);
+  read_installation(reader, *settings);
   if (driver.e_series) {
     settings->controller.version = {5, 12, 2, 1101534};
     settings->controller.model = "UR5e";

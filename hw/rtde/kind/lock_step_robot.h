@@ -34,6 +34,8 @@ class LockStepRobot final : public device::ArmDriver {
   [[nodiscard]] device::BackendTiming timing() const override { return driver_.timing(); }
   [[nodiscard]] device::ForceTorqueBackend* force_torque() override { return driver_.force_torque(); }
   [[nodiscard]] device::IoDriver* terminals(const device::IoTerminals& machine) override;
+  [[nodiscard]] device::ConnectionCounts connection() const override { return driver_.connection(); }
+  [[nodiscard]] std::string refusal() const override { return driver_.refusal(); }
   [[nodiscard]] std::vector<std::string> news() override { return driver_.news(); }
   [[nodiscard]] std::span<const std::byte> state() const override { return state_.bytes(); }
 

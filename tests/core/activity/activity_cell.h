@@ -19,8 +19,8 @@ class ActivityCell : public CommandCell {
         }) {}
 
   activity::Runtime program{core, cell, [this] { step(); }};
-  activity::Actuator robot{program, "arm"};
-  activity::MotionInterface motion = robot.use<activity::MotionInterface>();
+  app::Actuator robot{program, "arm"};
+  app::MotionInterface motion = robot.use<app::MotionInterface>();
 
   /// Cycles, from the first set point of `from` to the last of `to`, in which the arm stood.
   int cycles_at_rest(std::int64_t from, std::int64_t to) const {

@@ -178,8 +178,8 @@ TEST_F(ActivityRunTest, AnActivityForAnArmWithAFaultIsGivenUpWithTheFault) {
   ASSERT_EQ(second->state(), RunState::kFailed) << "it does not stay queued without a word";
   EXPECT_EQ(second->failure(), RunFailure::kFault);
   EXPECT_THAT(second->diagnostics(), Reports(Code::kDeviceFault, "/arm LIN", {"arm LIN", "7"}));
-  const Actuator lamp(cell.program, "lamp");
-  EXPECT_EQ(lamp.use<OutputInterface>().set(true).execute()->state(), RunState::kCompleted) << "others go on";
+  const app::Actuator lamp(cell.program, "lamp");
+  EXPECT_EQ(lamp.use<app::OutputInterface>().set(true).execute()->state(), RunState::kCompleted) << "others go on";
   cell.backend->state().ready = true;
   cell.backend->state().fault = 0;
   for (int i = 0; i < 1'000; ++i) cell.program.step();
@@ -231,7 +231,7 @@ TEST_F(ActivityRunTest, N3_AGuardedMotionTellsContactNoContactAndADeadSensorApar
 
 /// As a step of a file: what was not found, and what could not be felt, is no good end.
 TEST_F(ActivityRunTest, N3_AGuardedMotionWithoutATouchFailsAsInAFile) {
-  MotionParameters guarded{.linear_velocity = 0.05, .until = cell.hard()};
+  operations::MotionParameters guarded{.linear_velocity = 0.05, .until = cell.hard()};
   EXPECT_THAT(error_of([&] {
                 cell.motion.lin_by({0, 0, -0.02}, guarded).execute();
               }),
@@ -253,11 +253,12 @@ TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
   EXPECT_THAT(error_of([&] { cell.motion.lin(goal, {.blend = 0.2}).execute(); }),
               Reports(Code::kOutOfRange, "/arm LIN/blend", {"0.5"}));
   EXPECT_EQ(cell.q(), before);
-  EXPECT_THAT(error_of([&] { (void)Actuator(cell.program, "gripper").use<LinInterface>(); }),
+  EXPECT_THAT(error_of([&] { (void)app::Actuator(cell.program, "gripper").use<app::LinInterface>(); }),
               Reports(Code::kUnsupported, "/gripper", {"gripper"}));
-  EXPECT_THAT(error_of([&] { (void)Actuator(cell.program, "amr"); }), Reports(Code::kUnknownName, "/amr", {"arm"}));
-  EXPECT_TRUE(cell.robot.offers<PtpInterface>());
-  EXPECT_FALSE(cell.robot.offers<GrippingInterface>());
+  EXPECT_THAT(error_of([&] { (void)app::Actuator(cell.program, "amr"); }),
+              Reports(Code::kUnknownName, "/amr", {"arm"}));
+  EXPECT_TRUE(cell.robot.offers<app::PtpInterface>());
+  EXPECT_FALSE(cell.robot.offers<app::GrippingInterface>());
   EXPECT_THAT(cell.robot.interfaces(), ElementsAre("MotionInterface", "PtpInterface", "LinInterface", "JointInterface",
                                                    "HoldInterface", "ForceInterface", "JogInterface", "FollowInterface",
                                                    "ControlModeInterface", "FreedriveInterface"));
@@ -265,9 +266,9 @@ TEST_F(ActivityRunTest, WhatCannotBeDoneIsThrownAndNothingMoves) {
 
 // Listing 3 of the paper: different actuators know nothing of each other.
 TEST_F(ActivityRunTest, ActivitiesOnOtherActuatorsRunBeside) {
-  const Actuator lamp(cell.program, "lamp");
+  const app::Actuator lamp(cell.program, "lamp");
   const RunPtr first = cell.motion.lin(goal, {.blend = 0.7}).begin_execute();
-  lamp.use<OutputInterface>().set(true).execute();
+  lamp.use<app::OutputInterface>().set(true).execute();
   EXPECT_FALSE(first->over());
   EXPECT_TRUE(cell.cell.digital_outputs.at("lamp")->value());
   EXPECT_TRUE(cell.motion.lin(goal2).execute()->blended());
@@ -283,9 +284,9 @@ Task square(test::ActivityCell& cell, std::vector<std::string>& log) {
 }
 
 Task blink(test::ActivityCell& cell, std::vector<std::string>& log) {
-  const Actuator lamp(cell.program, "lamp");
+  const app::Actuator lamp(cell.program, "lamp");
   for (int i = 0; i < 2; ++i) {
-    co_await lamp.use<OutputInterface>().set(i % 2 == 0);
+    co_await lamp.use<app::OutputInterface>().set(i % 2 == 0);
     co_await cell.program.cycles(20);
   }
   log.emplace_back("blinked");
@@ -331,8 +332,9 @@ TEST_F(ActivityRunTest, ASequenceBlendsItsMotionsAndMayBeLeftItself) {
 }
 
 TEST_F(ActivityRunTest, ASequenceOverSeveralActuatorsRunsInOrder) {
-  const Actuator lamp(cell.program, "lamp");
-  const auto all = sequence({cell.motion.lin(goal), lamp.use<OutputInterface>().set(true), cell.motion.lin(goal2)});
+  const app::Actuator lamp(cell.program, "lamp");
+  const auto all =
+      sequence({cell.motion.lin(goal), lamp.use<app::OutputInterface>().set(true), cell.motion.lin(goal2)});
   const RunPtr run = all.schedule();
   bool lit_at_goal = false;
   while (!run->over()) {
@@ -349,12 +351,12 @@ TEST_F(ActivityRunTest, ASequenceOverSeveralActuatorsRunsInOrder) {
 }
 
 TEST_F(ActivityRunTest, PartsInParallelBeginInOneCycleAndAConditionChoosesInTheFirst) {
-  const Actuator lamp(cell.program, "lamp");
-  const auto lit = lamp.use<OutputInterface>().set(true);
+  const app::Actuator lamp(cell.program, "lamp");
+  const auto lit = lamp.use<app::OutputInterface>().set(true);
   parallel({cell.motion.lin(goal), lit}).execute();
   EXPECT_TRUE(cell.cell.digital_outputs.at("lamp")->value());
   const auto choice =
-      conditional(command::digital_input(cell.cell, "button"), cell.motion.lin(goal2), cell.motion.lin(goal3));
+      conditional(expression::digital_input(cell.cell, "button"), cell.motion.lin(goal2), cell.motion.lin(goal3));
   cell.button->sample.value = true;
   cell.button->sample.stamp = cell.core.time();
   choice.execute();
@@ -367,21 +369,22 @@ TEST_F(ActivityRunTest, WhatFollowsAChoiceBeginsAtEitherEnd) {
     SCOPED_TRACE(pressed);
     test::ActivityCell own;
     const Eigen::Isometry3d to = own.moved(0.0, 0.08, 0.0), other = own.moved(0.05, 0.0, 0.0), home = own.robot.tool();
-    const auto pressed_now = command::digital_input(own.cell, "button");
-    const Actuator lamp(own.program, "lamp"), driver(own.program, "driver");
+    const auto pressed_now = expression::digital_input(own.cell, "button");
+    const app::Actuator lamp(own.program, "lamp"), driver(own.program, "driver");
     own.button->sample.value = pressed;
     own.step(2);
     sequence({conditional(pressed_now, own.motion.lin(to), own.motion.lin(other)),
-              lamp.use<OutputInterface>().set(true), own.motion.lin_by({0.0, 0.0, 0.05}),
-              own.motion.lin_by({0.0, 0.0, 0.03}), driver.use<OutputInterface>().set(true)})
+              lamp.use<app::OutputInterface>().set(true), own.motion.lin_by({0.0, 0.0, 0.05}),
+              own.motion.lin_by({0.0, 0.0, 0.03}), driver.use<app::OutputInterface>().set(true)})
         .execute();
     Eigen::Vector3d expected = (pressed ? to : other).translation();
     expected.z() += 0.08;
     EXPECT_LT((own.robot.tool().translation() - expected).norm(), 1e-6);
     EXPECT_TRUE(own.cell.digital_outputs.at("driver")->value());
     // Both come to one place, so there is one way on.
-    sequence({conditional(pressed_now, own.motion.lin_by({0.0, 0.02, 0.0}), lamp.use<OutputInterface>().set(false)),
-              own.motion.ptp(own.arm->home), own.motion.lin_by({0.0, 0.0, 0.02})})
+    sequence(
+        {conditional(pressed_now, own.motion.lin_by({0.0, 0.02, 0.0}), lamp.use<app::OutputInterface>().set(false)),
+         own.motion.ptp(own.arm->home), own.motion.lin_by({0.0, 0.0, 0.02})})
         .execute();
     EXPECT_NEAR(own.robot.tool().translation().z(), home.translation().z() + 0.02, 1e-6);
     EXPECT_LE(own.worst_limit_share(), 1.0);
@@ -389,9 +392,9 @@ TEST_F(ActivityRunTest, WhatFollowsAChoiceBeginsAtEitherEnd) {
 }
 
 TEST_F(ActivityRunTest, ASubtaskBeginsAtAShareOfTheMainTask) {
-  const Actuator lamp(cell.program, "lamp");
+  const app::Actuator lamp(cell.program, "lamp");
   const auto all =
-      with_subtasks(cell.motion.lin(goal), {{.activity = lamp.use<OutputInterface>().set(true), .at_share = 0.5}});
+      with_subtasks(cell.motion.lin(goal), {{.activity = lamp.use<app::OutputInterface>().set(true), .at_share = 0.5}});
   const RunPtr run = all.schedule();
   const Eigen::Vector3d from = cell.robot.tool().translation();
   double share = 0.0;
@@ -403,7 +406,7 @@ TEST_F(ActivityRunTest, ASubtaskBeginsAtAShareOfTheMainTask) {
   require(run);
   EXPECT_NEAR(share, 0.5, 0.02);
   EXPECT_THAT(error_of([&] {
-                with_subtasks(lamp.use<OutputInterface>().set(true),
+                with_subtasks(lamp.use<app::OutputInterface>().set(true),
                               {{.activity = cell.motion.lin(goal2), .at_share = 0.5}})
                     .execute();
               }),

@@ -28,12 +28,12 @@ constexpr const char* kTour = R"(
   {"do": "ptp", "name": "home", "to": "home"})";
 
 TEST_F(BlendTest, P3_MotionsOfAllKindsBecomeOneWithoutAStop) {
-  const Program program = good(sequence(kTour));
+  const program::Program program = good(sequence(kTour));
   EXPECT_THAT(program.names(), ElementsAre("sequence", "to", "along", "round", "waves", "turn", "home"));
   EXPECT_EQ(program.step_count(), 6);
-  const Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
+  const program::Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
   EXPECT_EQ(rehearsal.diagnostics.to_string(), "");
-  EXPECT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(program), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_EQ(fake.q(), fake.arm->home);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
   EXPECT_EQ(standing_cycles(), 0) << "it never stops at a blend";
@@ -48,10 +48,10 @@ TEST_F(BlendTest, WithoutBlendsTheSameTourStopsAndTakesLonger) {
                           R"( "blend_fraction": 0.2,)", R"(, "blend_m": 0.02)"}) {
     stopping.replace(stopping.find(key), std::string(key).size(), "");
   }
-  EXPECT_EQ(run(sequence(stopping)), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(sequence(stopping)), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_GE(standing_cycles(), 5);
   const int stopped = cycles;
-  EXPECT_EQ(run(sequence(kTour)), Progress::kDone);
+  EXPECT_EQ(run(sequence(kTour)), operations::Progress::kDone);
   // A tenth at least: five stops less. How much more depends on which of several postures the goals are planned with.
   EXPECT_LT(cycles, 0.9 * stopped);
 }
@@ -71,7 +71,8 @@ TEST_F(BlendTest, OtherStepsEndABlendedSequence) {
   EXPECT_THAT(notes(up + "," + wait + "," + side), ElementsAre("/program/steps/0", "/program/steps/2"));
   const std::string far = R"({"do": "lin", "to": {"by_m": [0.05, 0, 0]}, "until": {"sensor": "wrist", "above_N": 50}})";
   EXPECT_THAT(notes(up + "," + far), ElementsAre()) << "a guarded motion can be blended into";
-  EXPECT_EQ(run(sequence(up + "," + side + "," + guarded + "," + up)), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(sequence(up + "," + side + "," + guarded + "," + up)), operations::Progress::kDone)
+      << diagnostics.to_string();
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 
@@ -83,12 +84,12 @@ TEST_F(BlendTest, AGuardedMotionIsBlendedIntoAndFeelsOnlyItsOwnWay) {
        "until": {"sensor": "wrist", "above_N": 8}}, {"do": "record_contact", "as": "top"})");
   // Pushed while it is on its way there: that is not the touch that is looked for.
   EXPECT_EQ(run(good(program),
-                [this](int, activity::ProgramRunner&) {
+                [this](int, program::ProgramRunner&) {
                   const Eigen::Vector3d p_O = fake.X_WO_true.inverse() * fake.tool_in_world(fake.q()).translation();
                   const bool on_the_way = p_O.x() > 0.002 && p_O.x() < 0.02;
                   fake.extra.force = on_the_way ? Eigen::Vector3d(0, 0, 60) : Eigen::Vector3d::Zero();
                 }),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_EQ(steps_done, 4);
   const Eigen::Vector3d p_O = fake.X_WO_true.inverse() * variables.contacts.at("top").p_R;
@@ -109,7 +110,8 @@ TEST_F(BlendTest, RehearsalTellsWhatCannotBeBlended) {
   EXPECT_THAT(notes(small, R"("blend_m": 0.03)"), Notes("/program/steps/0/blend_m", {"30", "1"}));
   EXPECT_THAT(notes(R"({"do": "lin", "to": {"by_m": [0, 0, 0]}})", R"("blend_fraction": 0.3)"),
               Notes("/program/steps/0/blend_fraction"));
-  EXPECT_EQ(run(sequence(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02},)" + back)), Progress::kDone);
+  EXPECT_EQ(run(sequence(R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02},)" + back)),
+            operations::Progress::kDone);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
   EXPECT_LT((fake.q() - fake.arm->home).norm(), 1e-9) << "the whole way there and back";
 }
@@ -143,11 +145,12 @@ TEST_F(BlendTest, AllErrorsOfFormAreFoundAtOnce) {
 
 TEST_F(BlendTest, ArcsAndSplinesMayBeGuarded) {
   fake.extra.force.z() = 0.0;
-  const Program program = good(sequence(R"({"do": "tare"},
+  const program::Program program = good(sequence(R"({"do": "tare"},
       {"do": "circ", "to": {"by_m": [0.1, 0, 0]}, "via": {"by_m": [0.05, 0, 0.05]},
        "until": {"sensor": "wrist", "above_N": 5}})"));
-  EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.extra.force.z() = cycle > 900 ? 9.0 : 0.0; }),
-            Progress::kDone)
+  EXPECT_EQ(
+      run(program, [this](int cycle, program::ProgramRunner&) { fake.extra.force.z() = cycle > 900 ? 9.0 : 0.0; }),
+      operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_EQ(variables.touches.size(), 1u);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -161,25 +164,25 @@ constexpr const char* kShortTour = R"(
 
 // Row L6, P2: wherever a blended sequence is cancelled or aborted.
 TEST_F(BlendTest, L6_P2_CancelAtEveryTenthCycleLeavesTheArmAtRestInsideItsLimits) {
-  const Program program = good(sequence(kShortTour));
+  const program::Program program = good(sequence(kShortTour));
   cancel_at_every_tenth_cycle(program);
 }
 
 TEST_F(BlendTest, L6_AbortAtEveryFiftiethCycleBrakesInsideTheLimits) {
-  const Program program = good(sequence(kShortTour));
-  const Program home = good(R"({"do": "ptp", "to": "home"})");
+  const program::Program program = good(sequence(kShortTour));
+  const program::Program home = good(R"({"do": "ptp", "to": "home"})");
   for (int at = 10; at < 1500; at += 50) {
     SCOPED_TRACE(at);
     fake.backend->sent.clear();
-    const auto result = run(program, [this, at](int cycle, ProgramRunner&) {
+    const auto result = run(program, [this, at](int cycle, program::ProgramRunner&) {
       if (cycle == at) abort_all();
     });
-    EXPECT_TRUE(result == Progress::kDone ||
+    EXPECT_TRUE(result == operations::Progress::kDone ||
                 testing::Matches(Reports(Code::kStopped, "/program/steps/0", {"abort"}))(diagnostics))
         << diagnostics.to_string();
     fake.step(500);
     EXPECT_TRUE(fake.core_arm().at_rest());
-    ASSERT_EQ(run(home), Progress::kDone) << diagnostics.to_string();
+    ASSERT_EQ(run(home), operations::Progress::kDone) << diagnostics.to_string();
     ASSERT_LE(fake.worst_limit_share(), 1.0);
   }
 }

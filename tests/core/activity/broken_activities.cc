@@ -9,19 +9,19 @@ namespace takt::test {
 namespace {
 
 using activity::Activity;
-using activity::Actuator;
 using activity::BlendingCondition;
-using activity::GrippingInterface;
-using activity::LinInterface;
-using activity::OutputInterface;
 using activity::Runtime;
 using activity::Task;
+using app::Actuator;
+using app::GrippingInterface;
+using app::LinInterface;
+using app::OutputInterface;
 
 Activity lamp_on(ActivityCell& cell) { return Actuator(cell.program, "lamp").use<OutputInterface>().set(true); }
-Activity up(ActivityCell& cell, const activity::MotionParameters& wish = {}) {
+Activity up(ActivityCell& cell, const operations::MotionParameters& wish = {}) {
   return cell.motion.lin_by({0.0, 0.0, 0.05}, wish);
 }
-activity::MotionParameters blended(const BlendingCondition& blend) { return {.blend = blend}; }
+operations::MotionParameters blended(const BlendingCondition& blend) { return {.blend = blend}; }
 BlendingCondition over_share(double share) {
   return BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, share});
 }
@@ -66,10 +66,10 @@ std::vector<BrokenActivity> names() {
        {"blok", "block"}},
       {"a motion of no arm",
        [](auto& cell) {
-         activity::MotionTask task;
-         task.kind = activity::PathKind::kLin;
+         operations::MotionTask task;
+         task.kind = operations::PathKind::kLin;
          task.arm = "amr";
-         planned_motion(cell.program, task).execute();
+         app::planned_motion(cell.program, task).execute();
        },
        "/amr LIN/arm",
        Code::kUnknownName,
@@ -147,7 +147,7 @@ std::vector<BrokenActivity> motions() {
        {"arm LIN"}},
       {"a condition of a sensor that is not there",
        [](auto& cell) {
-         up(cell, {.until = is_greater(norm(force(command::contact_wrench(cell.cell, "writs"))), 5.0)}).execute();
+         up(cell, {.until = is_greater(norm(force(expression::contact_wrench(cell.cell, "writs"))), 5.0)}).execute();
        },
        "/arm LIN/handlers/0",
        Code::kUnknownName,
@@ -160,17 +160,17 @@ std::vector<BrokenActivity> motions() {
        Code::kOutOfRange,
        {"gripper", "0.3", "0", "0.11"}},
       {"a hold for less than no time",
-       [](auto& cell) { cell.robot.template use<activity::HoldInterface>().hold(-1.0).execute(); },
+       [](auto& cell) { cell.robot.template use<app::HoldInterface>().hold(-1.0).execute(); },
        "/hold arm/seconds",
        Code::kOutOfRange,
        {"-1", "3600"}},
       {"a force that pulls",
-       [](auto& cell) { cell.robot.template use<activity::ForceInterface>().press({.force = -5.0}).execute(); },
+       [](auto& cell) { cell.robot.template use<app::ForceInterface>().press({.force = -5.0}).execute(); },
        "/press arm/force_N",
        Code::kOutOfRange,
        {"-5", "0.1"}},
       {"a joint that the arm does not have",
-       [](auto& cell) { cell.robot.template use<activity::JointInterface>().move_to(9, 0.1).execute(); },
+       [](auto& cell) { cell.robot.template use<app::JointInterface>().move_to(9, 0.1).execute(); },
        "/arm",
        Code::kOutOfRange,
        {"arm", "9", "0", "6"}},
@@ -211,8 +211,7 @@ std::vector<BrokenActivity> compositions() {
        "/1", Code::kRequires},
       {"an end that there is no command for",
        [](auto& cell) {
-         abort_if(cell.robot.template use<activity::ControlModeInterface>().switch_to("position"), cell.hard())
-             .execute();
+         abort_if(cell.robot.template use<app::ControlModeInterface>().switch_to("position"), cell.hard()).execute();
        },
        "/arm position/abort_if",
        Code::kUnsupported,

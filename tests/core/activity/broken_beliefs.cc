@@ -5,9 +5,9 @@
 namespace takt::test {
 namespace {
 
-using activity::Actuator;
-using activity::Frame;
-using activity::GrippingInterface;
+using app::Actuator;
+using app::Frame;
+using app::GrippingInterface;
 
 /// A free part of 0.5 kg beside the block.
 void add_part(ActivityCell& cell) {
@@ -24,7 +24,7 @@ void hold_part(ActivityCell& cell) {
 }
 
 /// Closes the gripper, which finds something after a while.
-void grip_part(ActivityCell& cell, const activity::GripParameters& parameters) {
+void grip_part(ActivityCell& cell, const operations::GripParameters& parameters) {
   const auto run = Actuator(cell.program, "gripper").use<GrippingInterface>().close(parameters).begin_execute();
   for (int i = 0; i < 10; ++i) cell.program.step();
   cell.fingers->answer(device::GripperState::kHolding, 0.04);
@@ -83,7 +83,7 @@ std::vector<BrokenActivity> broken_beliefs() {
        Code::kInvalidName,
        {"arm"}},
       {"a frame of a scope with the name of another one",
-       [](auto& cell) { const activity::ScopedFrame twice(Frame(cell.program, "block"), "block"); },
+       [](auto& cell) { const app::ScopedFrame twice(Frame(cell.program, "block"), "block"); },
        "/block",
        Code::kDuplicate,
        {"block"}},

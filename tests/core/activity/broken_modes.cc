@@ -6,10 +6,10 @@ namespace takt::test {
 namespace {
 
 using activity::Activity;
-using activity::Actuator;
-using activity::ControlModeInterface;
-using activity::FreedriveInterface;
-using activity::HoldInterface;
+using app::Actuator;
+using app::ControlModeInterface;
+using app::FreedriveInterface;
+using app::HoldInterface;
 using command::JointCompliance;
 using device::ControlMode;
 

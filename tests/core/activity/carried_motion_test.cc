@@ -21,7 +21,7 @@ class CarriedMotionTest : public testing::Test {
   RunPtr first() {
     return cell.motion.lin_by({0.0, 0.2, 0.0}, {.blend = BlendingCondition::at_distance(0.03)}).schedule();
   }
-  RunPtr second(const MotionParameters& parameters = {}) {
+  RunPtr second(const operations::MotionParameters& parameters = {}) {
     return cell.motion.lin_by({-0.1, 0.0, 0.0}, parameters).schedule();
   }
   void steps(int count) {
@@ -88,7 +88,7 @@ TEST_F(CarriedMotionTest, ACancelOfTheSuccessorStopsBoth) {
 
 /// What must not hold on the first motion does while the second one carries out the rest of it.
 TEST_F(CarriedMotionTest, AFailureOfTheSuccessorFailsBoth) {
-  const command::State slow = is_less(command::channel<net::Real>(cell.cell, "speed"), 0.5);
+  const expression::State slow = is_less(expression::channel<net::Real>(cell.cell, "speed"), 0.5);
   const RunPtr a =
       cell.motion.lin_by({0.0, 0.2, 0.0}, {.blend = BlendingCondition::at_distance(0.03), .abort_if = slow}).schedule();
   const RunPtr b = second();
@@ -124,7 +124,7 @@ TEST_F(CarriedMotionTest, P4_AChainIsBlendedThroughoutAndEachEndsInItsTurn) {
 
 TEST(CarriedMotionOfTwoArms, P5_ACancelStopsBothOnThePath) {
   test::TwoArmCell cell;
-  const TwoArms both = cell.pair();
+  const app::TwoArms both = cell.pair();
   const RunPtr a = both.lin_by({0.0, 0.0, 0.1}, {.velocity = 0.3, .blend = 0.7}).schedule();
   const RunPtr b = both.lin_by({0.0, 0.1, 0.0}).schedule();
   for (int i = 0; i < 150; ++i) cell.program.step();

@@ -21,7 +21,7 @@ class CommandStepTest : public ProgramRuns {
   explicit CommandStepTest(const std::function<void(CommandCell&)>& more = {}) : cell(more) {}
 
   using ProgramRuns::run;
-  activity::Progress run(const std::string& text) { return run(good(text)); }
+  operations::Progress run(const std::string& text) { return run(good(text)); }
 
   /// At rest, free, and nothing was ever beyond a limit.
   void expect_good_end() {
@@ -42,7 +42,7 @@ class CommandStepTest : public ProgramRuns {
   CommandCell cell;
 
  private:
-  [[nodiscard]] command::Cell& programs_cell() override { return cell.cell; }
+  [[nodiscard]] expression::Cell& programs_cell() override { return cell.cell; }
   [[nodiscard]] rcc::ControlCore& programs_core() override { return cell.core; }
   void one_cycle() override { cell.step(); }
 };

@@ -123,9 +123,9 @@ TEST_F(CommandRunTest, AFailureTellsTheLastSixteenCycles) {
 TEST_F(CommandRunTest, ExternalEffectsAreCountedAndNoneIsLost) {
   std::vector<ExternalEvent> events;
   WaitCommand wait("wait", 0.5);
-  wait.on_entered(digital_input(cell.cell, "button"),
+  wait.on_entered(expression::digital_input(cell.cell, "button"),
                   external("pressed", [&events](const ExternalEvent& event) { events.push_back(event); }));
-  wait.on_entered(digital_input(cell.cell, "button"), external("first", {}), {.first_only = true});
+  wait.on_entered(expression::digital_input(cell.cell, "button"), external("first", {}), {.first_only = true});
   LoadedCommand handle = load(wait);
   handle.start();
   cell.runtime.step();
@@ -165,7 +165,7 @@ TEST_F(CommandRunTest, AHandlerOutsideMayStartTheNextCommand) {
 TEST_F(CommandRunTest, ValuesAreObservedAndCaptured) {
   RuntimeCommand moved = move(0.3);
   moved.observe("progress", moved.action().progress());
-  moved.capture("q at half", measured_joints(cell.cell, "arm"), moved.action().at_path(0.5));
+  moved.capture("q at half", expression::measured_joints(cell.cell, "arm"), moved.action().at_path(0.5));
   LoadedCommand handle = load(moved);
   handle.start();
   for (int i = 0; i < 50; ++i) cell.runtime.step();

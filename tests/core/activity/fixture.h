@@ -15,14 +15,14 @@ namespace takt::test {
 /// Parses programs against a fake cell and runs them on it.
 class ActivityTest : public ProgramRuns {
  protected:
-  Result<activity::Program> parse(const std::string& text) const {
-    return activity::Program::parse(Json::parse(text), "/program", fake.cell);
+  Result<program::Program> parse(const std::string& text) const {
+    return program::Program::parse(Json::parse(text), "/program", fake.cell);
   }
   /// Only its form is looked at.
-  activity::Program good(const std::string& text) const {
+  program::Program good(const std::string& text) const {
     auto program = parse(text);
     if (!program) ADD_FAILURE() << program.error().to_string();
-    return program ? std::move(*program) : activity::Program();
+    return program ? std::move(*program) : program::Program();
   }
   /// Pointers of what is wrong with the form of a program.
   std::vector<std::string> refused(const std::string& text) const {
@@ -56,23 +56,23 @@ class ActivityTest : public ProgramRuns {
   }
 
   using ProgramRuns::run;
-  activity::Progress run(const std::string& text) { return run(good(text)); }
+  operations::Progress run(const std::string& text) { return run(good(text)); }
 
   /// Rows L6, P2: wherever it is cancelled, the arm comes to rest in time, inside its limits, without a diagnostic, and
   /// is free again: it goes home.
-  void cancel_at_every_tenth_cycle(const activity::Program& program) {
-    const activity::Program home = good(R"({"do": "ptp", "to": "home"})");
-    ASSERT_EQ(run(program), activity::Progress::kDone) << diagnostics.to_string();
+  void cancel_at_every_tenth_cycle(const program::Program& program) {
+    const program::Program home = good(R"({"do": "ptp", "to": "home"})");
+    ASSERT_EQ(run(program), operations::Progress::kDone) << diagnostics.to_string();
     const int whole = cycles;
-    ASSERT_EQ(run(home), activity::Progress::kDone);
+    ASSERT_EQ(run(home), operations::Progress::kDone);
     for (int at = 0; at < whole; at += 10) {
       SCOPED_TRACE(at);
       fake.backend->sent.clear();
-      ASSERT_EQ(run(program, cancelling(at)), activity::Progress::kDone);
+      ASSERT_EQ(run(program, cancelling(at)), operations::Progress::kDone);
       EXPECT_LT(cycles, at + 800);
       EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
       EXPECT_TRUE(fake.core_arm().at_rest());
-      ASSERT_EQ(run(home), activity::Progress::kDone) << "the arm is free again";
+      ASSERT_EQ(run(home), operations::Progress::kDone) << "the arm is free again";
       ASSERT_LE(fake.worst_limit_share(), 1.0);
     }
   }
@@ -83,7 +83,7 @@ class ActivityTest : public ProgramRuns {
   }};
 
  private:
-  [[nodiscard]] command::Cell& programs_cell() override { return fake.cell; }
+  [[nodiscard]] expression::Cell& programs_cell() override { return fake.cell; }
   [[nodiscard]] rcc::ControlCore& programs_core() override { return fake.core; }
   void one_cycle() override { fake.step(); }
 };

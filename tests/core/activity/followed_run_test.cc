@@ -50,16 +50,16 @@ TEST_F(FollowedTest, WhatFollowsACommandThatMayBeCutShortWaitsForItsEnd) {
 
 // What must not hold ends whatever runs, and fails it.
 TEST_F(FollowedTest, AbortIfFailsEveryOperationThatMovesSomething) {
-  const auto button = command::digital_input(cell.cell, "button");
+  const auto button = expression::digital_input(cell.cell, "button");
   const Eigen::Vector3d down(0.0, 0.0, -1.0);
-  const Actuator lamp(cell.program, "lamp");
+  const app::Actuator lamp(cell.program, "lamp");
   const std::vector<Activity> all{
       cell.motion.lin_by({0.0, 0.08, 0.0}),
       cell.motion.ptp(cell.joints(0.3)),
-      cell.robot.use<HoldInterface>().hold(),
-      cell.robot.use<ForceInterface>().press({.direction = down, .in = "arm"}),
-      sequence({lamp.use<OutputInterface>().set(true), cell.motion.lin_by({0.0, 0.0, 0.05})}),
-      parallel({cell.motion.lin_by({0.05, 0.0, 0.0}), lamp.use<OutputInterface>().set(false)})};
+      cell.robot.use<app::HoldInterface>().hold(),
+      cell.robot.use<app::ForceInterface>().press({.direction = down, .in = "arm"}),
+      sequence({lamp.use<app::OutputInterface>().set(true), cell.motion.lin_by({0.0, 0.0, 0.05})}),
+      parallel({cell.motion.lin_by({0.05, 0.0, 0.0}), lamp.use<app::OutputInterface>().set(false)})};
   for (const Activity& one : all) {
     SCOPED_TRACE(one.model()->name());
     cell.button->sample.value = false;
@@ -81,7 +81,7 @@ TEST_F(FollowedTest, AbortIfFailsEveryOperationThatMovesSomething) {
 }
 
 TEST_F(FollowedTest, AbortIfThatNeverHoldsChangesNothingAndASilentSensorAborts) {
-  const auto button = command::digital_input(cell.cell, "button");
+  const auto button = expression::digital_input(cell.cell, "button");
   cell.button->sample.value = false;
   abort_if(cell.motion.lin_by({0.0, 0.03, 0.0}), button).execute();
   const RunPtr silent = abort_if(cell.motion.lin_by({0.0, 0.05, 0.0}), cell.hard()).begin_execute();
@@ -95,7 +95,7 @@ TEST_F(FollowedTest, AbortIfThatNeverHoldsChangesNothingAndASilentSensorAborts) 
 // It holds on what a successor does of the motion, too.
 TEST_F(FollowedTest, AbortIfOfAMotionHoldsThroughItsBlend) {
   const Eigen::Isometry3d goal = cell.moved(0.0, 0.1, 0.0), goal2 = cell.moved(-0.1, 0.1, 0.0);
-  const auto button = command::digital_input(cell.cell, "button");
+  const auto button = expression::digital_input(cell.cell, "button");
   const RunPtr first =
       cell.motion.lin(goal, {.linear_velocity = 0.1, .blend = 0.7, .abort_if = button}).begin_execute();
   const RunPtr second = cell.motion.lin(goal2, {.linear_velocity = 0.1}).schedule();

@@ -32,7 +32,7 @@ class PairProgramTest : public ProgramRuns, public TwoArmCell {
   static std::string unless(double newton) { return R"(, "abort_if": )" + squeezed(newton); }
 
   using ProgramRuns::run;
-  activity::Progress run(const std::string& text, const AtCycle& at_cycle = {}) { return run(good(text), at_cycle); }
+  operations::Progress run(const std::string& text, const AtCycle& at_cycle = {}) { return run(good(text), at_cycle); }
 
   /// Neither in the first nor in the last motion's ramps: between begin and end of what moves.
   bool on_the_way() const {
@@ -56,14 +56,14 @@ class PairProgramTest : public ProgramRuns, public TwoArmCell {
   }
 
   /// Rows L6, P2: wherever it is cancelled, both come to rest on the path, together, and are free again: they go home.
-  void cancel_at_every(int step, const activity::Program& cancelled) {
-    const activity::Program home = good(R"({"do": "parallel", "branches": [{"do": "ptp", "arm": "left", "to": "home"},
+  void cancel_at_every(int step, const program::Program& cancelled) {
+    const program::Program home = good(R"({"do": "parallel", "branches": [{"do": "ptp", "arm": "left", "to": "home"},
                                                 {"do": "ptp", "arm": "right", "to": "home"}]})");
-    ASSERT_EQ(run(cancelled), activity::Progress::kDone) << diagnostics.to_string();
+    ASSERT_EQ(run(cancelled), operations::Progress::kDone) << diagnostics.to_string();
     const int whole = cycles;
     for (int at = 0; at < whole; at += step) {
       SCOPED_TRACE(at);
-      ASSERT_EQ(run(cancelled, cancelling(at)), activity::Progress::kDone);
+      ASSERT_EQ(run(cancelled, cancelling(at)), operations::Progress::kDone);
       EXPECT_LT(cycles, at + 800);
       EXPECT_LT(apart, 1e-9);
       EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
@@ -71,7 +71,7 @@ class PairProgramTest : public ProgramRuns, public TwoArmCell {
         EXPECT_TRUE(device_of(name).at_rest());
         EXPECT_FALSE(device_of(name).held());
       }
-      ASSERT_EQ(run(home), activity::Progress::kDone) << "the arms are free again";
+      ASSERT_EQ(run(home), operations::Progress::kDone) << "the arms are free again";
     }
   }
 
@@ -94,7 +94,7 @@ class PairProgramTest : public ProgramRuns, public TwoArmCell {
   Eigen::Isometry3d X_LF_first = Eigen::Isometry3d::Identity();
 
  private:
-  [[nodiscard]] command::Cell& programs_cell() override { return cell; }
+  [[nodiscard]] expression::Cell& programs_cell() override { return cell; }
   [[nodiscard]] rcc::ControlCore& programs_core() override { return core; }
   void before_first_cycle() override {
     X_LF_first = X_LF();

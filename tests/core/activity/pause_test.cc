@@ -55,7 +55,7 @@ class PauseTest : public testing::Test {
     EXPECT_EQ(run->state(), RunState::kCancelled) << run->diagnostics().to_string();
     EXPECT_LE(cell.worst_limit_share(), 1.0);
   }
-  command::State always() { return !is_null(command::channel<net::Real>(cell.cell, "speed")); }
+  expression::State always() { return !is_null(expression::channel<net::Real>(cell.cell, "speed")); }
 
   test::ActivityCell cell;
   Eigen::Isometry3d target = cell.moved(0.0, kFar, 0.0);
@@ -65,7 +65,7 @@ class PauseTest : public testing::Test {
 TEST_F(PauseTest, P2_MotionsOfCommands) { expect_heard(of_command(command::lin(target, {.velocity = 0.2}))); }
 
 TEST_F(PauseTest, P2_APressOnItsApproach) {
-  expect_heard(cell.robot.use<ForceInterface>().press({.approach = 0.02, .travel = 0.05}));
+  expect_heard(cell.robot.use<app::ForceInterface>().press({.approach = 0.02, .travel = 0.05}));
 }
 
 TEST_F(PauseTest, P2_AHeldForceOnItsApproach) {
@@ -76,16 +76,17 @@ TEST_F(PauseTest, P2_AHeldForceOnItsApproach) {
 }
 
 TEST_F(PauseTest, P2_Jog) {
-  expect_heard(cell.robot.use<JogInterface>().jog({.enabled = always(), .linear = Eigen::Vector3d(0.0, 0.05, 0.0)}));
+  expect_heard(
+      cell.robot.use<app::JogInterface>().jog({.enabled = always(), .linear = Eigen::Vector3d(0.0, 0.05, 0.0)}));
 }
 
 TEST_F(PauseTest, P2_AFollowedPose) {
   target = cell.X_WB * cell.moved(0.0, kFar, 0.0);
-  expect_heard(cell.robot.use<FollowInterface>().follow({.channel = "target", .in = "world", .linear_max = 0.05}));
+  expect_heard(cell.robot.use<app::FollowInterface>().follow({.channel = "target", .in = "world", .linear_max = 0.05}));
 }
 
 TEST_F(PauseTest, P2_FollowedJoints) {
-  expect_heard(of_command(command::follow(command::channel<net::JointArray>(cell.cell, "posture"), 0.2, 0.5)));
+  expect_heard(of_command(command::follow(expression::channel<net::JointArray>(cell.cell, "posture"), 0.2, 0.5)));
 }
 
 TEST_F(PauseTest, P2_AnOverrideSlowsCommandsDown) {
@@ -106,7 +107,7 @@ TEST_F(PauseTest, P2_ACommandIsPausedAndHandlersReactToIt) {
   command::TransactionCommand weld("weld");
   weld.add_started(seam).add_started(torch_on).add(torch_off);
   weld.on_entered(seam.paused(), start(torch_off));
-  weld.observe("paused", command::BooleanSensor(weld.paused().node()));
+  weld.observe("paused", expression::BooleanSensor(weld.paused().node()));
   weld.capture("share at the pause", seam.action().progress(), seam.paused());
   const RunPtr run = Activity(cell.program, command_activity(weld)).schedule();
   steps(200);
@@ -129,14 +130,14 @@ TEST_F(PauseTest, P2_ACommandIsPausedAndHandlersReactToIt) {
 
 TEST_F(PauseTest, WhatMovesNoArmIsNeverPaused) {
   RuntimeCommand torch("torch", cell.driver(), command::set_value(true));
-  torch.observe("paused", command::BooleanSensor(torch.paused().node()));
+  torch.observe("paused", expression::BooleanSensor(torch.paused().node()));
   EXPECT_THROW(Activity(cell.program, command_activity(torch)).execute(), ActivityError);
 }
 
 /// Two arms on one clock stop for either of them.
 TEST(PauseOfTwoArms, P2_ThePairHearsItsFollowerToo) {
   test::TwoArmCell cell;
-  const TwoArms both = cell.pair();
+  const app::TwoArms both = cell.pair();
   const RunPtr run = both.lin_by({0.0, 0.12, 0.05}).schedule();
   for (int i = 0; i < 200; ++i) cell.program.step();
   cell.program.pause("right");

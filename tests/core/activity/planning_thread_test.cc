@@ -60,7 +60,7 @@ class PlanningThreadTest : public testing::Test {
       step();
     }
   }
-  ActivityPtr lin(double x, double y, double z, const MotionParameters& how = {}) {
+  ActivityPtr lin(double x, double y, double z, const operations::MotionParameters& how = {}) {
     return cell.motion.lin(cell.moved(x, y, z), how).model();
   }
 

@@ -105,7 +105,7 @@ std::vector<BrokenRule> rules_of_plans() {
 }
 
 Diagnostics parse_errors(const BrokenCell& own, const Json& step, const Json& programs) {
-  const auto program = Program::parse(step, "/program", own.cell, &programs);
+  const auto program = program::Program::parse(step, "/program", own.cell, &programs);
   return program ? Diagnostics() : program.error();
 }
 
@@ -121,7 +121,7 @@ void break_forms() {
 }
 
 Diagnostics rehearsal_errors(BrokenCell& own, const Json& step) {
-  const auto program = Program::parse(step, "/program", own.cell);
+  const auto program = program::Program::parse(step, "/program", own.cell);
   if (!program) return program.error();
   return program->rehearse(own.cell, &own.core.environment()).diagnostics;
 }
@@ -139,19 +139,19 @@ void break_plans() {
 void break_run(const BrokenRun& rule) {
   SCOPED_TRACE(rule.step);
   BrokenCell own;
-  const auto program = Program::parse(Json::parse(rule.step), "/program", own.cell);
+  const auto program = program::Program::parse(Json::parse(rule.step), "/program", own.cell);
   ASSERT_TRUE(program) << program.error().to_string();
   const Diagnostics rehearsed = program->rehearse(own.cell, &own.core.environment()).diagnostics;
   EXPECT_FALSE(rehearsed.has_errors()) << "only the run can tell: " << rehearsed.to_string();
   Variables variables;
   Context context{own.cell, own.core, variables, 2, [](auto, auto, auto) {}};
-  ProgramRunner runner(*program, context);
+  program::ProgramRunner runner(*program, context);
   for (int cycle = 0; cycle < 60'000; ++cycle) {
     if (rule.meanwhile) rule.meanwhile(cycle, own);
-    if (runner.advance() != Progress::kRunning) break;
+    if (runner.advance() != operations::Progress::kRunning) break;
     own.step();
   }
-  EXPECT_EQ(runner.progress(), Progress::kFailed);
+  EXPECT_EQ(runner.progress(), operations::Progress::kFailed);
   expect_told(runner.diagnostics(), "/program" + rule.place, rule.code, rule.names);
   const bool lost = std::exchange(own.backend->silent, false);
   own.step(2'000);
@@ -203,13 +203,13 @@ void break_beliefs() { break_activities(test::broken_beliefs()); }
 
 void break_states() {
   BrokenCell own;
-  const auto program =
-      Program::parse(Json::parse(R"({"do": "sequence", "steps": [{"do": "wait", "name": "here", "seconds": 1}]})"),
-                     "/program", own.cell);
+  const auto program = program::Program::parse(
+      Json::parse(R"({"do": "sequence", "steps": [{"do": "wait", "name": "here", "seconds": 1}]})"), "/program",
+      own.cell);
   ASSERT_TRUE(program);
   Variables variables;
   Context context{own.cell, own.core, variables, 2, [](auto, auto, auto) {}};
-  ProgramRunner runner(*program, context);
+  program::ProgramRunner runner(*program, context);
   expect_told(runner.restore(Json::parse("{}")), "", Code::kWrongType);
   Json state = runner.snapshot();
   state["position"] = {{"child", 9}};
@@ -220,15 +220,15 @@ void break_states() {
 /// The TX90 knows one mode, and nothing feels on it.
 void break_other_arms() {
   rcc::ControlCore core{{}};
-  command::Cell cell;
+  expression::Cell cell;
   const auto arm = device::read_arm("models/tx90").value();
   cell.arms["arm"].device =
       &core.add(std::make_unique<device::Arm>("arm", arm, std::make_shared<test::FakeArm>(arm->home), core.period()));
   const auto program =
-      Program::parse(Json::parse(R"({"do": "control_mode", "mode": "joint_impedance"})"), "/program", cell);
+      program::Program::parse(Json::parse(R"({"do": "control_mode", "mode": "joint_impedance"})"), "/program", cell);
   ASSERT_TRUE(program);
   expect_told(program->rehearse(cell).diagnostics, "/program/mode", Code::kUnknownName, {"arm", "joint_impedance"});
-  const auto guided = Program::parse(Json::parse(R"({"do": "freedrive", "seconds": 1})"), "/program", cell);
+  const auto guided = program::Program::parse(Json::parse(R"({"do": "freedrive", "seconds": 1})"), "/program", cell);
   ASSERT_TRUE(guided);
   expect_told(guided->rehearse(cell).diagnostics, "/program", Code::kConflict, {"arm", "C8", "joint_impedance"});
 }
@@ -236,13 +236,13 @@ void break_other_arms() {
 /// From one mode to another there may be no way but by a third.
 void break_ways() {
   rcc::ControlCore core{{}};
-  command::Cell cell;
+  expression::Cell cell;
   const auto arm = std::make_shared<const device::ArmDescription>(test::compliant_arm_description(7));
   const auto backend = std::make_shared<test::FakeArm>(arm->home);
   cell.arms["arm"].device = &core.add(std::make_unique<device::Arm>("arm", arm, backend, core.period()));
   Runtime program(core, cell, [&core] { core.step(); });
   core.step();
-  const auto modes = Actuator(program, "arm").use<ControlModeInterface>();
+  const auto modes = app::Actuator(program, "arm").use<app::ControlModeInterface>();
   expect_told(thrown_by([&] { modes.switch_to("cartesian_impedance").execute(); }), "/arm cartesian_impedance/mode",
               Code::kUnsupported, {"arm", "cartesian_impedance", "joint_impedance"});
   EXPECT_EQ(backend->changes, 0);
@@ -256,30 +256,31 @@ void break_modes() {
 
 void break_pairs() {
   test::TwoArmCell two;
-  const TwoArms both = two.pair();
-  const MotionParameters guarded{.until = is_greater(internal_force(two.cell, "left wrist", "right wrist"), 20.0)};
-  const auto up = [&](const MotionParameters& wish) { return both.lin_by({0, 0, 0.05}, wish); };
+  const app::TwoArms both = two.pair();
+  const operations::MotionParameters guarded{
+      .until = is_greater(internal_force(two.cell, "left wrist", "right wrist"), 20.0)};
+  const auto up = [&](const operations::MotionParameters& wish) { return both.lin_by({0, 0, 0.05}, wish); };
   expect_told(thrown_by([&] { up({.blend = 0.2}).execute(); }), "/left+right LIN/blend", Code::kOutOfRange,
               {"0.2", "0.5"});
   expect_told(thrown_by([&] {
                 sequence({up(guarded), up({})}).execute();
               }),
               "/left+right LIN, left+right LIN/1", Code::kUnknownPosition);
-  const Actuator left(two.program, "left");
-  expect_told(thrown_by([&] { TwoArms(left, left, both.centre()); }), "/follower", Code::kConflict, {"left"});
+  const app::Actuator left(two.program, "left");
+  expect_told(thrown_by([&] { app::TwoArms(left, left, both.centre()); }), "/follower", Code::kConflict, {"left"});
   Runtime other(two.core, two.cell, [&two] { two.core.step(); });
-  expect_told(thrown_by([&] { TwoArms(left, Actuator(other, "right"), both.centre()); }), "/follower", Code::kRequires,
-              {"right", "left"});
-  const auto several = Program::parse(Json::parse(R"({"do": "transaction", "commands": {"m": {"do": "motions",
+  expect_told(thrown_by([&] { app::TwoArms(left, app::Actuator(other, "right"), both.centre()); }), "/follower",
+              Code::kRequires, {"right", "left"});
+  const auto several = program::Program::parse(Json::parse(R"({"do": "transaction", "commands": {"m": {"do": "motions",
       "start": true, "steps": [{"do": "ptp", "arm": "left", "to": "home", "blend_m": 0.1},
                                {"do": "ptp", "arm": "right", "to": "home"}]}}})"),
-                                      "/program", two.cell);
+                                               "/program", two.cell);
   ASSERT_FALSE(several);
   expect_told(several.error(), "/program/commands/m/steps/1/arm", Code::kConflict, {"right", "left"});
   for (const auto& [name, backend] : two.backends) {
     for (const auto& sent : backend->sent) EXPECT_EQ(sent.q, two.arm->home) << name;
   }
-  left.use<LinInterface>().lin_by({0, 0, 0.01}).execute();
+  left.use<app::LinInterface>().lin_by({0, 0, 0.01}).execute();
   expect_told(thrown_by([&] { up({}).execute(); }), "/left+right LIN/grasp", Code::kUnknownPosition, {"10", "TwoArms"});
   for (const auto& [name, mounted] : two.cell.arms) {
     EXPECT_FALSE(mounted.device->held()) << name;
@@ -293,7 +294,7 @@ void break_pair_steps() {
   const auto told = [&two](const std::string& step, const std::string& place, Code code,
                            const std::vector<std::string>& names = {}) {
     SCOPED_TRACE(step);
-    const auto program = Program::parse(Json::parse(step), "/program", two.cell);
+    const auto program = program::Program::parse(Json::parse(step), "/program", two.cell);
     expect_told(program ? program->rehearse(two.cell, &two.core.environment()).diagnostics : program.error(),
                 "/program" + place, code, names);
   };

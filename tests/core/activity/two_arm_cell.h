@@ -25,8 +25,8 @@ class TwoArmCell {
     core.step();
   }
 
-  activity::TwoArms pair() {
-    const activity::Actuator left(program, "left"), right(program, "right");
+  app::TwoArms pair() {
+    const app::Actuator left(program, "left"), right(program, "right");
     Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
     X_WC.translation() << 0.6, 0.0, (left.frame("world").inverse() * left.flange()).translation().z();
     return {left, right, X_WC};
@@ -36,7 +36,7 @@ class TwoArmCell {
   std::map<std::string, std::shared_ptr<FakeArm>> backends;
   std::map<std::string, std::shared_ptr<FakeForceTorqueSensor>> wrists;
   rcc::ControlCore core{{}};
-  command::Cell cell;
+  expression::Cell cell;
   activity::Runtime program{core, cell, [this] { core.step(); }};
 
  private:

@@ -19,7 +19,7 @@ using takt::test::Reports;
 class TwoArmTest : public testing::Test, public test::TwoArmCell {
  protected:
   /// Steps until the run is over; the largest difference between the two views of C.
-  double follow(const TwoArms& both, const RunPtr& run, const std::function<void(int)>& at_cycle = {}) {
+  double follow(const app::TwoArms& both, const RunPtr& run, const std::function<void(int)>& at_cycle = {}) {
     double apart = 0.0;
     for (int cycle = 0; !run->over() && cycle < 60'000; ++cycle) {
       if (at_cycle) at_cycle(cycle);
@@ -47,7 +47,7 @@ TEST(FiveArms, L8_BlendsOfFiveArmsAreLeftInOneCycle) {
   std::vector<RunPtr> first;
   std::vector<Activity> next;
   for (const auto& [name, arm] : cell.cell.arms) {
-    const MotionInterface motion = Actuator(cell.program, name).use<MotionInterface>();
+    const app::MotionInterface motion = app::Actuator(cell.program, name).use<app::MotionInterface>();
     first.push_back(motion.lin_by({0, 0.1, 0}, {.blend = 0.7}).schedule());
     next.push_back(motion.lin_by({0, 0, -0.1}));
   }
@@ -61,7 +61,7 @@ TEST(FiveArms, L8_BlendsOfFiveArmsAreLeftInOneCycle) {
 }
 
 TEST_F(TwoArmTest, P5_BlendedMotionsBeginInOneCycleAndBothSeeTheCentreAtOnePlace) {
-  const TwoArms both = pair();
+  const app::TwoArms both = pair();
   const RunPtr first = both.lin_by({0, 0, 0.1}, {.blend = 0.6}).schedule();
   const RunPtr second = both.lin_by({0, 0.1, 0}, {.blend = 0.6}).schedule();
   const RunPtr third = both.lin_by({0, 0, -0.05}).schedule();
@@ -77,7 +77,7 @@ TEST_F(TwoArmTest, P5_BlendedMotionsBeginInOneCycleAndBothSeeTheCentreAtOnePlace
 }
 
 TEST_F(TwoArmTest, P5_PauseOverrideAndCancelStopBothOnThePath) {
-  const TwoArms both = pair();
+  const app::TwoArms both = pair();
   const RunPtr run = both.lin_by({0, 0.12, 0.05}).schedule();
   EXPECT_LT(follow(both, run,
                    [&](int cycle) {
@@ -92,13 +92,13 @@ TEST_F(TwoArmTest, P5_PauseOverrideAndCancelStopBothOnThePath) {
 }
 
 command::CartesianCompliance springs(double stiffness) {
-  return {.stiffness = command::VectorTerm(net::Vector(Eigen::Vector3d::Constant(stiffness)))};
+  return {.stiffness = expression::VectorTerm(net::Vector(Eigen::Vector3d::Constant(stiffness)))};
 }
 
 TEST_F(TwoArmTest, P5_BothGiveWayAlikeAndBlendWithEqualSprings) {
-  const TwoArms both = pair();
+  const app::TwoArms both = pair();
   for (const char* name : {"left", "right"})
-    Actuator(program, name).use<ControlModeInterface>().switch_to("cartesian_impedance").execute();
+    app::Actuator(program, name).use<app::ControlModeInterface>().switch_to("cartesian_impedance").execute();
   const RunPtr first = both.lin_by({0, 0, 0.1}, {.blend = 0.6, .compliance = springs(700)}).schedule();
   const RunPtr alike = both.lin_by({0, 0.1, 0}, {.blend = 0.6, .compliance = springs(700)}).schedule();
   const RunPtr softer = both.lin_by({0, 0, -0.05}, {.compliance = springs(300)}).schedule();
@@ -125,11 +125,11 @@ TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
     }
     return {};
   };
-  const TwoArms both = pair();
+  const app::TwoArms both = pair();
   EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(700)})),
               Reports(Code::kNotPossibleNow, "/left+right LIN/compliance", {"right", "cartesian_impedance"}));
   for (const char* name : {"left", "right"})
-    Actuator(program, name).use<ControlModeInterface>().switch_to("cartesian_impedance").execute();
+    app::Actuator(program, name).use<app::ControlModeInterface>().switch_to("cartesian_impedance").execute();
   EXPECT_THAT(refused(both.lin_by({0, 0, 0.05}, {.compliance = springs(6000)})),
               Reports(Code::kOutOfRange, "/left+right LIN/compliance/stiffness_N_m/0", {"right", "6000"}));
   command::CartesianCompliance pushes = springs(700);
@@ -145,20 +145,20 @@ TEST_F(TwoArmTest, WhatOneOfThemCannotDoIsRefused) {
   cell.arms["third"].device = &core.add(std::make_unique<device::Arm>("third", stiff, backend, core.period()));
   core.step();
   core.step();
-  const TwoArms mixed(Actuator(program, "left"), Actuator(program, "third"), both.centre());
+  const app::TwoArms mixed(app::Actuator(program, "left"), app::Actuator(program, "third"), both.centre());
   EXPECT_THAT(refused(mixed.lin_by({0, 0, 0.01}, {.compliance = springs(700)})),
               Reports(Code::kInvalidValue, "/left+third LIN", {"third", "cartesian_impedance"}));
 }
 
 TEST_F(TwoArmTest, AForceBetweenThemStopsBoth) {
-  const TwoArms both = pair();
+  const app::TwoArms both = pair();
   const auto squeezed = is_greater(internal_force(cell, "left wrist", "right wrist"), 20.0);
   const RunPtr run = both.lin_by({0, 0.12, 0}, {.linear_velocity = 0.05, .until = squeezed}).schedule();
   follow(both, run, [&](int cycle) {
     if (cycle != 400) return;
     // Each in its own flange, which look at each other: along the world's x the two push against each other.
     for (const char* name : {"left", "right"}) {
-      const Actuator one(program, name);
+      const app::Actuator one(program, name);
       const Eigen::Vector3d push_W = (name[0] == 'l' ? 30.0 : -30.0) * Eigen::Vector3d::UnitX();
       const Eigen::Matrix3d R_WF = (one.frame("world").inverse() * one.flange()).linear();
       wrists[name]->sample.wrench.force = R_WF.transpose() * push_W;
@@ -171,11 +171,11 @@ TEST_F(TwoArmTest, AForceBetweenThemStopsBoth) {
 
 /// Its path is one of another frame: it does not go on from a motion of this one.
 TEST_F(TwoArmTest, AMotionOfAnotherGraspBeginsAtRest) {
-  const TwoArms both = pair();
-  const Actuator left(program, "left"), right(program, "right");
+  const app::TwoArms both = pair();
+  const app::Actuator left(program, "left"), right(program, "right");
   Eigen::Isometry3d X_WC = both.centre();
   X_WC.translation().x() += 0.1;
-  for (const TwoArms& other : {TwoArms(left, right, X_WC), TwoArms(right, left, both.centre())}) {
+  for (const app::TwoArms& other : {app::TwoArms(left, right, X_WC), app::TwoArms(right, left, both.centre())}) {
     const RunPtr first = both.lin_by({0, 0, 0.05}, {.blend = 0.6}).schedule();
     const RunPtr second = other.lin_by({0, 0.02, -0.05}).schedule();
     EXPECT_LT(follow(both, second), 1e-9);
@@ -187,8 +187,8 @@ TEST_F(TwoArmTest, AMotionOfAnotherGraspBeginsAtRest) {
 }
 
 TEST_F(TwoArmTest, AGraspThatIsNoMoreIsRefused) {
-  const TwoArms both = pair();
-  Actuator(program, "right").use<LinInterface>().lin_by({0, 0, 0.01}).execute();
+  const app::TwoArms both = pair();
+  app::Actuator(program, "right").use<app::LinInterface>().lin_by({0, 0, 0.01}).execute();
   const RunPtr run = both.lin_by({0, 0, 0.05}).schedule();
   follow(both, run);
   EXPECT_THAT(run->diagnostics(), Reports(Code::kUnknownPosition, "/left+right LIN/grasp", {"10"}));

@@ -33,5 +33,11 @@ TEST(Utf8, WhatIsValidStaysWhenTheRestIsReplaced) {
   EXPECT_EQ(to_valid_utf8("\u20ac"), "\u20ac");
 }
 
+TEST(Utf8, WhatADeviceSaysCannotSteerATerminal) {
+  EXPECT_EQ(escape_controls("UR5\n\x1b[2J\x7f"), "UR5\\x0a\\x1b[2J\\x7f");
+  EXPECT_EQ(escape_controls(std::string_view("a\0b", 3)), "a\\x00b");
+  EXPECT_EQ(escape_controls("\u20ac\xFF"), "\u20ac\uFFFD");
+}
+
 }  // namespace
 }  // namespace takt

@@ -28,10 +28,10 @@ inline RuntimeCommand driver(const World& world, const std::string& name) {
 inline RuntimeCommand lamp(const World& world, const std::string& name) {
   return {name, world.lamp(), set_value(true)};
 }
-inline WaitCommand wait_for(const State& until) { return {"wait", until}; }
-inline WaitCommand see(const World& world, const RealSensor& sensor) {
+inline WaitCommand wait_for(const expression::State& until) { return {"wait", until}; }
+inline WaitCommand see(const World& world, const expression::RealSensor& sensor) {
   (void)world;
-  return wait_for(is_greater(sensor, 1.0));
+  return wait_for(expression::is_greater(sensor, 1.0));
 }
 
 /// "all": the first starts with it, the second does not.

@@ -190,8 +190,8 @@ std::vector<BrokenCommand> broken_trees() {
       {"",
        [](World& world) -> Command {
          auto a = driver(world, "a");
-         a.observe("width", gripper_width(world.cell, "gripper"));
-         a.observe("width", gripper_force(world.cell, "gripper"));
+         a.observe("width", expression::gripper_width(world.cell, "gripper"));
+         a.observe("width", expression::gripper_force(world.cell, "gripper"));
          return a;
        },
        "/a/observations/width",

@@ -74,12 +74,12 @@ std::vector<BrokenCommand> broken_overlays() {
       {"C8",
        [small](World& world) -> Command {
          const auto line = [&world, goal = world.moved(0, 0.05, 0)](const device::JointVector& q) {
-           return motion::lin_leg(planning_model(world.cell.arms.at("arm")), q, goal);
+           return motion::lin_leg(expression::planning_model(world.cell.arms.at("arm")), q, goal);
          };
          const auto turn = [&world](device::JointVector q) {
            const device::JointVector q_start = q;
            q[0] += 0.3;
-           return motion::ptp_leg(planning_model(world.cell.arms.at("arm")), q_start, q);
+           return motion::ptp_leg(expression::planning_model(world.cell.arms.at("arm")), q_start, q);
          };
          return move(world, weave_each(sequence({{.geometry = line}, {.geometry = turn}}), {std::nullopt, small}));
        },

@@ -27,7 +27,7 @@ class CancelPolicyTest : public testing::Test {
     for (int i = 0; i < cycles; ++i) cell.runtime.step();
   }
   void press(bool down) { cell.button->sample.value = down; }
-  State button() const { return digital_input(cell.cell, "button"); }
+  expression::State button() const { return expression::digital_input(cell.cell, "button"); }
   RuntimeCommand on(const std::string& name = "on") const { return {name, cell.driver(), set_value(true)}; }
   RuntimeCommand light(const std::string& name = "light") const { return {name, cell.lamp(), set_value(true)}; }
   /// Some two seconds long.
@@ -292,7 +292,7 @@ TEST_F(CancelPolicyTest, O4_LinesInAChainAreOneNet) {
                        lin(cell.moved(0, there ? 0.01 : 0.0, 0), {.linear_velocity = 0.1}));
     i == 0 ? whole.add_started(lines.back()) : whole.add(lines.back());
     if (i > 0) {
-      const State ended = lines[static_cast<std::size_t>(i) - 1].completed();
+      const expression::State ended = lines[static_cast<std::size_t>(i) - 1].completed();
       whole.on_entered(ended && !lines[static_cast<std::size_t>(i) - 1].cancelled(), start(lines.back()));
     }
   }

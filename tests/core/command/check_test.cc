@@ -147,7 +147,8 @@ TEST_F(CheckTest, AllFindingsComeAtOnce) {
   RuntimeCommand a = driver("a"), b("b", output(cell.cell, "dirver"), set_value(true));
   TransactionCommand many("many"), empty("empty");
   many.add_started(a).add_started(b).add(empty).add(a);
-  many.on_entered(is_greater(element(measured_joints(cell.cell, "amr"), 0), 1.0), stop(b), {.delay = -1.0});
+  many.on_entered(expression::is_greater(expression::element(expression::measured_joints(cell.cell, "amr"), 0), 1.0),
+                  stop(b), {.delay = -1.0});
   const Diagnostics text = check(many);
   EXPECT_THAT(text,
               AllOf(Reports(Code::kDuplicate, "/many/a", {"C6"}), Reports(Code::kNeverFires, "/many/empty", {"C9"}),
@@ -191,10 +192,10 @@ TEST_F(CheckTest, WhatIsNotPlannedBecauseOfAnotherFaultIsNoFaultOfItsOwn) {
 }
 
 TEST_F(CheckTest, AFormulaTooDeepIsRefused) {
-  RealSensor deep = element(measured_joints(cell.cell, "arm"), 0);
+  expression::RealSensor deep = expression::element(expression::measured_joints(cell.cell, "arm"), 0);
   for (int i = 0; i < 1001; ++i) deep = deep + 1.0;
   EXPECT_EQ(deep.now(), std::nullopt);
-  EXPECT_THAT(check(WaitCommand("wait", is_greater(deep, 0.0))), Reports(Code::kTooLarge, "/wait"));
+  EXPECT_THAT(check(WaitCommand("wait", expression::is_greater(deep, 0.0))), Reports(Code::kTooLarge, "/wait"));
 }
 
 }  // namespace

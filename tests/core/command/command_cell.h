@@ -59,8 +59,10 @@ class CommandCell : public Terminals, public FakeCell {
     X_BT.translation() += Eigen::Vector3d(x, y, z);
     return X_BT;
   }
-  command::WrenchSensor felt() const { return command::contact_wrench(cell, "wrist", {{"wrist", bias}}); }
-  command::State hard(double newton = 5.0) const { return is_greater(norm(force(felt())), newton); }
+  expression::WrenchSensor felt() const { return expression::contact_wrench(cell, "wrist", {{"wrist", bias}}); }
+  expression::State hard(double newton = 5.0) const {
+    return expression::is_greater(expression::norm(expression::force(felt())), newton);
+  }
 
   /// Runs cycles until the command has ended.
   CommandStatus run(LoadedCommand& command) { return command.wait(); }

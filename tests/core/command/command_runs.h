@@ -86,7 +86,7 @@ class LoadedCommand {
 /// Loads commands into a core. One scheduler for each: they know nothing of each other, and the core itself decides.
 class CommandRuns {
  public:
-  CommandRuns(rcc::ControlCore& core, const command::Cell& cell, std::function<void()> cycle = {})
+  CommandRuns(rcc::ControlCore& core, const expression::Cell& cell, std::function<void()> cycle = {})
       : core_(core), cell_(cell), cycle_(cycle ? std::move(cycle) : [&core] { core.step(); }) {}
 
   /// Plans, checks, maps, verifies. Nothing moves. @return all diagnostics, if it is refused
@@ -121,7 +121,7 @@ class CommandRuns {
 
  private:
   rcc::ControlCore& core_;
-  const command::Cell& cell_;
+  const expression::Cell& cell_;
   std::function<void()> cycle_;
   std::vector<LoadedCommand> loaded_;
 };

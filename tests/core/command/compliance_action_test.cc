@@ -51,7 +51,7 @@ TEST_F(ComplianceTest, AMotionIsSoftOnItsWayAndSettlesBeforeItsEnd) {
   RuntimeCommand soft("soft", cell.arm_actuator(),
                       with_compliance(lin(cell.moved(0, 0.1, 0), {.linear_velocity = 0.05}),
                                       JointCompliance{.stiffness = joints(200.0), .damping_ratio = joints(0.9)}));
-  soft.observe("settled", BooleanSensor(soft.action().state("settled").node()));
+  soft.observe("settled", expression::BooleanSensor(soft.action().state("settled").node()));
   const Eigen::Isometry3d goal = cell.moved(0, 0.1, 0);
   LoadedCommand handle = begin(soft);
   cycles(20);
@@ -82,11 +82,12 @@ TEST_F(ComplianceTest, EveryKindOfSetPointTakesIt) {
   run(ptp(cell.joints(0.3), {.velocity = 0.1}));                // joints
   run(lin(cell.moved(0, 0.05, 0), {.linear_velocity = 0.02}));  // pose
   run(sequence({{.geometry = [&](const auto& q) {
-    return motion::ptp_leg(planning_model(cell.cell.arms.at("arm")), q, q + device::JointVector::Constant(7, 0.02));
+    return motion::ptp_leg(expression::planning_model(cell.cell.arms.at("arm")), q,
+                           q + device::JointVector::Constant(7, 0.02));
   }}}));  // path
   run(hold());
   run(follow(channel<net::JointArray>(cell.cell, "posture")));
-  run(jog(channel<net::Twist>(cell.cell, "stick"), holds(channel<bool>(cell.cell, "enable"))));  // twist
+  run(jog(channel<net::Twist>(cell.cell, "stick"), expression::holds(channel<bool>(cell.cell, "enable"))));  // twist
   run(weave(lin(cell.moved(0, 0.05, 0), {.linear_velocity = 0.02})));
   EXPECT_LE(cell.worst_limit_share(), 1.0);
 }
@@ -106,7 +107,7 @@ TEST_F(ComplianceTest, ACompliantSequenceTellsItsPointsAndItsPath) {
   enter(ControlMode::kJointImpedance);
   const auto to = [&](double a1, double blend) {
     const auto leg = [this, goal = cell.joints(a1)](const device::JointVector& q) {
-      return motion::ptp_leg(planning_model(cell.cell.arms.at("arm")), q, goal);
+      return motion::ptp_leg(expression::planning_model(cell.cell.arms.at("arm")), q, goal);
     };
     return SequencePart{.geometry = leg, .parameters = {}, .blend = {motion::Blend::Kind::kFraction, blend}};
   };
@@ -114,7 +115,7 @@ TEST_F(ComplianceTest, ACompliantSequenceTellsItsPointsAndItsPath) {
   last.blend = {};
   RuntimeCommand soft("soft", cell.arm_actuator(),
                       with_compliance(sequence({to(0.1, 0.3), last}), JointCompliance{.stiffness = joints(300.0)}));
-  soft.observe("passed", BooleanSensor(soft.action().via_passed(0).node()));
+  soft.observe("passed", expression::BooleanSensor(soft.action().via_passed(0).node()));
   LoadedCommand handle = begin(soft);
   EXPECT_NE(soft.node()->model().planned_path().motion, nullptr);
   EXPECT_EQ(soft.node()->model().via_count(), 1);
@@ -128,10 +129,11 @@ TEST_F(ComplianceTest, ACompliantSequenceTellsItsPointsAndItsPath) {
 TEST_F(ComplianceTest, ValuesMayBeFormulas) {
   enter(ControlMode::kCartesianImpedance);
   cell.cell.channels.at("speed")->write(0.25);
-  const RealSensor share = channel<net::Real>(cell.cell, "speed");
-  RuntimeCommand held("hold", cell.arm_actuator(),
-                      with_compliance(hold(), CartesianCompliance{.damping_ratio = min(max(share, 0.1), 1.0),
-                                                                  .nullspace_stiffness = 40.0 * share}));
+  const expression::RealSensor share = channel<net::Real>(cell.cell, "speed");
+  RuntimeCommand held(
+      "hold", cell.arm_actuator(),
+      with_compliance(hold(), CartesianCompliance{.damping_ratio = expression::min(expression::max(share, 0.1), 1.0),
+                                                  .nullspace_stiffness = 40.0 * share}));
   LoadedCommand handle = begin(held);
   cycles(700);
   EXPECT_NEAR(given().damping_ratio[0], 0.25, 1e-12);

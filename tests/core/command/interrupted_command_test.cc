@@ -15,7 +15,8 @@ class Interrupted : public testing::TestWithParam<How> {};
 
 /// A sequence of two motions on one arm with an output in between; the button pauses it.
 TransactionCommand example(const CommandCell& cell) {
-  const PlanParameters wish{.velocity = 1.0, .clock = {.speed = {}, .pause = digital_input(cell.cell, "button")}};
+  const PlanParameters wish{.velocity = 1.0,
+                            .clock = {.speed = {}, .pause = expression::digital_input(cell.cell, "button")}};
   const RuntimeCommand out("out", cell.arm_actuator(), ptp(cell.joints(0.08, -0.05), wish));
   const RuntimeCommand mark("mark", cell.driver(), set_value(true));
   const RuntimeCommand back("back", cell.arm_actuator(), ptp(cell.arm->home, wish));

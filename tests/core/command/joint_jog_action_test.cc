@@ -9,19 +9,20 @@ namespace takt::command {
 namespace {
 
 /// Rates that never change: joint 1 at 0.2 rad/s.
-JointsSensor constant_rates(Eigen::Index joints) {
+expression::JointsSensor constant_rates(Eigen::Index joints) {
   kinematics::JointVector rates = kinematics::JointVector::Zero(joints);
   rates[1] = 0.2;
-  return JointsSensor(apply(net::ValueType::kJoints, "ConstantJoints",
-                            {{"value", Term<net::JointArray>(net::JointArray(rates)).operand()}}));
+  return expression::JointsSensor(
+      expression::apply(net::ValueType::kJoints, "ConstantJoints",
+                        {{"value", expression::Term<net::JointArray>(net::JointArray(rates)).operand()}}));
 }
 
 class JointJogTest : public testing::Test {
  protected:
   Command command(const TrackingParameters& bounds = {.linear_max = 1.0, .angular_max = 2.0}) {
-    return RuntimeCommand(
-        "jog", cell.arm_actuator(),
-        jog(constant_rates(cell.core_arm().set_point().q.size()), holds(channel<bool>(cell.cell, "enable")), bounds));
+    return RuntimeCommand("jog", cell.arm_actuator(),
+                          jog(constant_rates(cell.core_arm().set_point().q.size()),
+                              expression::holds(channel<bool>(cell.cell, "enable")), bounds));
   }
   void hold(bool enabled, int cycles) {
     for (int i = 0; i < cycles; ++i) {

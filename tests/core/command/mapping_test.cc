@@ -172,7 +172,7 @@ TransactionCommand screwing(const CommandCell& cell) {
   TransactionCommand screwing("screwing");
   screwing.add_started(insert).add(keep).add(turn);
   screwing.on_entered(insert.completed(), start(keep)).on_entered(insert.completed(), start(turn));
-  screwing.on_entered(digital_input(cell.cell, "button"), cancel(keep));
+  screwing.on_entered(expression::digital_input(cell.cell, "button"), cancel(keep));
   return screwing;
 }
 
@@ -313,7 +313,7 @@ class HandlerTest : public testing::Test {
   }
   RuntimeCommand on(const std::string& name = "on") const { return {name, cell.driver(), set_value(true)}; }
   RuntimeCommand light(bool value = true) const { return {"light", cell.lamp(), set_value(value)}; }
-  State button() const { return digital_input(cell.cell, "button"); }
+  expression::State button() const { return expression::digital_input(cell.cell, "button"); }
   bool lamp() const { return cell.cell.digital_outputs.at("lamp")->value(); }
   bool driver() const { return cell.cell.digital_outputs.at("driver")->value(); }
   void press(bool down, int cycles = 1) {
@@ -359,7 +359,7 @@ TEST_F(HandlerTest, AWaitThatTimesOutIsNotCompleted) {
   for (const bool in_time : {false, true}) {
     SCOPED_TRACE(in_time);
     CommandCell own;
-    WaitCommand wait("wait", digital_input(own.cell, "button"), 0.05);
+    WaitCommand wait("wait", expression::digital_input(own.cell, "button"), 0.05);
     const RuntimeCommand weld("weld", own.driver(), set_value(true)), alarm("alarm", own.lamp(), set_value(true));
     TransactionCommand both("both");
     both.add_started(wait).add(weld).add(alarm);
@@ -376,9 +376,9 @@ TEST_F(HandlerTest, AWaitThatTimesOutIsNotCompleted) {
 }
 
 TEST_F(HandlerTest, N3_AWaitForADeadSensorTimesOut) {
-  WaitCommand wait("wait", is_greater(norm(force(cell.felt())), 900.0), 0.05);
-  wait.observe("completed", BooleanSensor(wait.completed().node()));
-  wait.observe("timed out", BooleanSensor(wait.timed_out().node()));
+  WaitCommand wait("wait", expression::is_greater(expression::norm(expression::force(cell.felt())), 900.0), 0.05);
+  wait.observe("completed", expression::BooleanSensor(wait.completed().node()));
+  wait.observe("timed out", expression::BooleanSensor(wait.timed_out().node()));
   cell.sensor->silent = true;
   LoadedCommand handle = load(wait);
   handle.start();
@@ -389,8 +389,8 @@ TEST_F(HandlerTest, N3_AWaitForADeadSensorTimesOut) {
 
 TEST_F(HandlerTest, AWaitThatIsCancelledIsCompletedAndHasNotTimedOut) {
   WaitCommand wait("wait", button(), 5.0);
-  wait.observe("completed", BooleanSensor(wait.completed().node()));
-  wait.observe("timed out", BooleanSensor(wait.timed_out().node()));
+  wait.observe("completed", expression::BooleanSensor(wait.completed().node()));
+  wait.observe("timed out", expression::BooleanSensor(wait.timed_out().node()));
   LoadedCommand handle = load(wait);
   handle.start();
   press(false, 10);
@@ -434,8 +434,8 @@ TEST_F(HandlerTest, C3_StoppingATransactionStopsAllInsideInTheSameCycle) {
   const RuntimeCommand never = on();
   TransactionCommand inner("inner"), outer("outer");
   inner.add_started(first).add_started(second).add(never).on_entered(first.completed(), start(never));
-  inner.observe("first", BooleanSensor(first.active().node()));
-  inner.observe("second", BooleanSensor(second.active().node()));
+  inner.observe("first", expression::BooleanSensor(first.active().node()));
+  inner.observe("second", expression::BooleanSensor(second.active().node()));
   const WaitCommand rest("rest", 0.1);
   outer.add_started(inner).add_started(rest).on_entered(button(), stop(inner));
   LoadedCommand handle = load(outer);
@@ -539,7 +539,8 @@ TEST_F(HandlerTest, ActuatorsSayWhenTheyHaveArrived) {
 
 TEST_F(HandlerTest, N4_ASetPointThatIsNoneIsToldOutside) {
   std::vector<ExternalEvent> told;
-  RuntimeCommand valve("valve", output(cell.cell, "valve"), follow_value(analog_output(cell.cell, "valve") / 0.0));
+  RuntimeCommand valve("valve", output(cell.cell, "valve"),
+                       follow_value(expression::analog_output(cell.cell, "valve") / 0.0));
   valve.on_entered(valve.actuator().invalid_set_point(),
                    external("invalid", [&told](const ExternalEvent& event) { told.push_back(event); }));
   LoadedCommand handle = load(valve);

@@ -39,12 +39,12 @@ class MotionNetTest : public testing::Test {
   }
   Eigen::Isometry3d X_FT() const { return fake.cell.arms.at("arm").X_FT; }
 
-  Condition condition(const char* text) const {
-    auto parsed = parse_condition(Json::parse(text), "", fake.cell);
+  expression::Condition condition(const char* text) const {
+    auto parsed = expression::parse_condition(Json::parse(text), "", fake.cell);
     if (!parsed) ADD_FAILURE() << parsed.error().to_string();
-    return parsed.value_or(Condition{});
+    return parsed.value_or(expression::Condition{});
   }
-  net::NetDescription net_of(const motion::Motion& motion, std::optional<Condition> until = {}) const {
+  net::NetDescription net_of(const motion::Motion& motion, std::optional<expression::Condition> until = {}) const {
     return motion_net({"motion", "arm", &motion, X_FT(), std::move(until)}, fake.cell, biases);
   }
   MappedCommand tare(std::int64_t cycles = 100) const {
@@ -70,14 +70,15 @@ class MotionNetTest : public testing::Test {
   }
 
   test::FakeCell fake;
-  Biases biases{{"wrist", fake.bias}};
+  expression::Biases biases{{"wrist", fake.bias}};
 };
 
 constexpr const char* kForce = R"({"sensor": "wrist", "above_N": 5})";
 
 TEST_F(MotionNetTest, EveryNetReadsBackFromItsJson) {
   const motion::Motion joints = ptp(), line = lin();
-  const Condition nested = condition(R"({"all": [{"any": [{"sensor": "wrist", "quantity": "force_z", "above_N": 5},
+  const expression::Condition nested =
+      condition(R"({"all": [{"any": [{"sensor": "wrist", "quantity": "force_z", "above_N": 5},
       {"sensor": "wrist", "quantity": "torque", "above_Nm": 2}]}, {"not": {"sensor": "wrist", "below_N": 1}}]})");
   for (const auto& net : {net_of(joints), net_of(line), net_of(line, condition(kForce)), net_of(joints, nested),
                           net_of(line, nested), tare().net}) {
@@ -181,7 +182,7 @@ TEST_F(MotionNetTest, HalfOfAnAllStopsNothing) {
 TEST_F(MotionNetTest, N3_ASilentSensorStopsTheArmAndIsNoTouch) {
   for (const char* text : {kForce, R"({"not": {"sensor": "wrist", "below_N": 5}})"}) {
     test::FakeCell cell;
-    auto parsed = parse_condition(Json::parse(text), "", cell.cell);
+    auto parsed = expression::parse_condition(Json::parse(text), "", cell.cell);
     const motion::Motion motion = ptp();
     const auto net = *cell.core.load(motion_net({"motion", "arm", &motion, X_FT(), *parsed}, cell.cell, biases));
     cell.core.start(net);

@@ -35,9 +35,10 @@ class OnlineTest : public testing::Test {
 class JogTest : public OnlineTest {
  protected:
   JogTest() {
-    handle.emplace(begin(RuntimeCommand("jog", cell.arm_actuator(),
-                                        jog(channel<net::Twist>(cell.cell, "stick"),
-                                            holds(channel<bool>(cell.cell, "enable")), {.linear_max = 0.05}))));
+    handle.emplace(
+        begin(RuntimeCommand("jog", cell.arm_actuator(),
+                             jog(channel<net::Twist>(cell.cell, "stick"),
+                                 expression::holds(channel<bool>(cell.cell, "enable")), {.linear_max = 0.05}))));
   }
   void push(double vx, bool enabled, int cycles) {
     for (int i = 0; i < cycles; ++i) {
@@ -83,8 +84,8 @@ TEST_F(JogTest, ComesToRestWhenNobodyAnswersAnyMore) {
 
 TEST_F(OnlineTest, APoseIsFollowedAndLostWithoutAJump) {
   RuntimeCommand command("follow", cell.arm_actuator(), follow(channel<net::Frame>(cell.cell, "target")));
-  command.observe("arrived", BooleanSensor(command.action().state("arrived").node()));
-  command.observe("error", BooleanSensor(command.action().error().node()));
+  command.observe("arrived", expression::BooleanSensor(command.action().state("arrived").node()));
+  command.observe("error", expression::BooleanSensor(command.action().error().node()));
   LoadedCommand handle = begin(command);
   const Eigen::Isometry3d goal = cell.moved(0.03, 0.05, -0.02);
   for (int i = 0; i < 50; ++i) cell.runtime.step();
@@ -196,7 +197,7 @@ TEST_F(OnlineTest, AForceIsBroughtUpAndHeld) {
       hold_force(pressing_force(cell.cell, "wrist", down, {{"wrist", cell.bias}}), Eigen::Isometry3d::Identity(), down,
                  {.force = 8.0, .approach_velocity = 0.02, .gain = 1e-3}));
   press.observe("pressing", pressing_force(cell.cell, "wrist", down, {{"wrist", cell.bias}}));
-  press.observe("contact", BooleanSensor(press.action().state("in_contact").node()));
+  press.observe("contact", expression::BooleanSensor(press.action().state("in_contact").node()));
   LoadedCommand handle = begin(press);
   const double ground = tool().z() - 0.01;  // m
   const auto spring = [&] {

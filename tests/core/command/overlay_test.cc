@@ -35,8 +35,8 @@ class ForceOffsetTest : public testing::Test {
     RuntimeCommand command("polish", cell.arm_actuator(),
                            force_offset(lin(cell.moved(0, 0.12, 0), motion), pressing(wish.direction_M), wish));
     command.observe("force", pressing(wish.direction_M));
-    command.observe("contact", BooleanSensor(command.action().state("in_contact").node()));
-    command.observe("no force", BooleanSensor(command.action().state("no_force").node()));
+    command.observe("contact", expression::BooleanSensor(command.action().state("in_contact").node()));
+    command.observe("no force", expression::BooleanSensor(command.action().state("no_force").node()));
     return command;
   }
   /// Two such lines with a corner, the force from motion `first` on.
@@ -48,7 +48,7 @@ class ForceOffsetTest : public testing::Test {
     const auto line = [this, &corner](const Eigen::Vector3d& way, double blend) {
       PlanParameters motion{.acceleration = 0.8, .linear_velocity = corner.speed};
       const auto leg = [this, way](const device::JointVector& q) {
-        const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"));
+        const motion::ArmModel model = expression::planning_model(cell.cell.arms.at("arm"));
         Eigen::Isometry3d X_goal = model.chain.forward(q) * model.X_FM;
         X_goal.translation() += way;
         return motion::lin_leg(model, q, X_goal);
@@ -60,14 +60,14 @@ class ForceOffsetTest : public testing::Test {
                            force_offset(sequence({line({0, 0.08, 0}, 0.015), line({-0.08, 0, 0}, 0.0)}),
                                         pressing(wish.direction_M), wish, first));
     command.observe("force", pressing(wish.direction_M));
-    command.observe("no force", BooleanSensor(command.action().state("no_force").node()));
+    command.observe("no force", expression::BooleanSensor(command.action().state("no_force").node()));
     return command;
   }
   /// The largest reach for which the joints stay inside of a fifth of their accelerations and jerks, and of the
   /// velocity that is left, from the second motion on; by differences over the path that share nothing with the check.
   double room_for_offset(const ActionModel& action) const {
     const auto path = action.planned_path();
-    const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"), path.X_FM);
+    const motion::ArmModel model = expression::planning_model(cell.cell.arms.at("arm"), path.X_FM);
     const Eigen::Isometry3d X_BT = model.chain.forward(cell.q()) * model.X_FM;
     const Eigen::Vector3d direction = X_BT.linear().transpose() * -Eigen::Vector3d::UnitZ();
     const auto joints = [&](double t) {
@@ -95,7 +95,7 @@ class ForceOffsetTest : public testing::Test {
     }
     return least;
   }
-  RealSensor pressing(const Eigen::Vector3d& direction_M) const {
+  expression::RealSensor pressing(const Eigen::Vector3d& direction_M) const {
     return pressing_along(cell.cell, "wrist", direction_M, cell.cell.arms.at("arm").X_FT, {{"wrist", cell.bias}});
   }
   LoadedCommand begin(const Command& command) {

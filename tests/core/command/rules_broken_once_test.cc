@@ -70,7 +70,7 @@ std::vector<BrokenCommand> actions() {
        [](World& world) -> Command {
          const auto to = [&world](double a1) {
            const auto leg = [&world, goal = world.joints(a1)](const device::JointVector& q) {
-             return motion::ptp_leg(planning_model(world.cell.arms.at("arm")), q, goal);
+             return motion::ptp_leg(expression::planning_model(world.cell.arms.at("arm")), q, goal);
            };
            return SequencePart{.geometry = leg, .parameters = {}, .blend = {motion::Blend::Kind::kFraction, 0.3}};
          };
@@ -209,12 +209,12 @@ std::vector<BrokenCommand> names() {
        Code::kRequires,
        {"arm", "on"}},
       {"",
-       [](World& world) -> Command { return see(world, gripper_width(world.cell, "grapper")); },
+       [](World& world) -> Command { return see(world, expression::gripper_width(world.cell, "grapper")); },
        "/wait",
        Code::kUnknownName,
        {"grapper", "gripper"}},
       {"",
-       [](World& world) -> Command { return wait_for(gripper_state(world.cell, "gripper", "shut")); },
+       [](World& world) -> Command { return wait_for(expression::gripper_state(world.cell, "gripper", "shut")); },
        "/wait",
        Code::kUnknownName,
        {"shut"}},
@@ -225,14 +225,14 @@ std::vector<BrokenCommand> names() {
        {"enable"}},
       {"",
        [](World& world) -> Command {
-         return see(world,
-                    distance(pose_between(world.cell, "blok", "world"), net::Frame(Eigen::Isometry3d::Identity())));
+         return see(world, expression::distance(expression::pose_between(world.cell, "blok", "world"),
+                                                net::Frame(Eigen::Isometry3d::Identity())));
        },
        "/wait",
        Code::kUnknownName,
        {"blok", "block"}},
       {"",
-       [](World& world) -> Command { return see(world, component(force(world.felt()), 3)); },
+       [](World& world) -> Command { return see(world, expression::component(expression::force(world.felt()), 3)); },
        "/wait",
        Code::kOutOfRange,
        {"0", "2"}},
@@ -253,10 +253,10 @@ std::vector<BrokenCommand> names() {
        "/wait/handlers/0",
        Code::kRequires,
        {"wait"}},
-      {"", [](World&) -> Command { return wait_for(State(nullptr)); }, "/wait", Code::kMissing},
+      {"", [](World&) -> Command { return wait_for(expression::State(nullptr)); }, "/wait", Code::kMissing},
       {"",
        [](World& world) -> Command {
-         RealSensor deep = gripper_width(world.cell, "gripper");
+         expression::RealSensor deep = expression::gripper_width(world.cell, "gripper");
          for (int i = 0; i < 1001; ++i) deep = deep + 1.0;
          return see(world, deep);
        },
@@ -307,7 +307,7 @@ void break_commands() {
 void break_conditions() {
   const World world;
   const auto wrong = [&world](const char* text) {
-    return parse_condition(nlohmann::ordered_json::parse(text), "/until", world.cell).error();
+    return expression::parse_condition(nlohmann::ordered_json::parse(text), "/until", world.cell).error();
   };
   expect_told(wrong(R"({"sensor": "wrist"})"), "/until", Code::kConflict, {"above_N", "below_N"});
   expect_told(wrong(R"({"internal_force": ["wrist"], "above_N": 5})"), "/until/internal_force", Code::kWrongSize,
@@ -359,7 +359,7 @@ void break_actuators() {
 /// Before the first cycle nobody knows where an arm is.
 void break_beginnings() {
   rcc::ControlCore core{{}};
-  Cell cell;
+  expression::Cell cell;
   const auto arm = device::read_arm("models/lwr4plus").value();
   cell.arms["arm"].device =
       &core.add(std::make_unique<device::Arm>("arm", arm, std::make_shared<test::FakeArm>(arm->home), core.period()));
@@ -370,7 +370,7 @@ void break_beginnings() {
 /// The TX90 knows one mode, and nothing feels on it.
 void break_modes() {
   rcc::ControlCore core{{}};
-  Cell cell;
+  expression::Cell cell;
   const auto arm = device::read_arm("models/tx90").value();
   cell.arms["arm"].device =
       &core.add(std::make_unique<device::Arm>("arm", arm, std::make_shared<test::FakeArm>(arm->home), core.period()));

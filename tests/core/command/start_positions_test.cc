@@ -80,19 +80,19 @@ TEST_F(WhereaboutsTest, WhatBeginsByChanceIsRefused) {
   WaitCommand time("time", 1.0);
   TransactionCommand all("all");
   all.add_started(time).add(a).add(b);
-  all.on_entered(digital_input(cell.cell, "button"), start(a)).on_entered(cell.hard(), start(b));
+  all.on_entered(expression::digital_input(cell.cell, "button"), start(a)).on_entered(cell.hard(), start(b));
   expect_unknown(all, "b");
   // Alone on its arm it begins where the arm is.
   RuntimeCommand c = motion("c", 0.2);
   WaitCommand more("more", 1.0);
   TransactionCommand one("one");
-  one.add_started(more).add(c).on_entered(digital_input(cell.cell, "button"), start(c));
+  one.add_started(more).add(c).on_entered(expression::digital_input(cell.cell, "button"), start(c));
   expect_known(one);
 }
 
 TEST_F(WhereaboutsTest, PlacesAreTakenAndGivenBack) {
   RuntimeCommand a("a", cell.arm_actuator(), lin(cell.moved(0.0, 0.05, 0.0)));
-  Places places{{"arm", cell.joints(0.2)}};
+  expression::Places places{{"arm", cell.joints(0.2)}};
   EXPECT_TRUE(plan(a, places).empty());
   const Eigen::Isometry3d there = cell.arm->chain->forward(places.at("arm")) * cell.cell.arms.at("arm").X_FT;
   EXPECT_LT((there.translation() - cell.moved(0.0, 0.05, 0.0).translation()).norm(), 1e-6);

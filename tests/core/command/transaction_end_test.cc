@@ -26,7 +26,7 @@ class TransactionEndTest : public testing::Test {
     for (int i = 0; i < cycles; ++i) cell.runtime.step();
   }
   void press(bool down) { cell.button->sample.value = down; }
-  State button() const { return digital_input(cell.cell, "button"); }
+  expression::State button() const { return expression::digital_input(cell.cell, "button"); }
   RuntimeCommand on(const std::string& name = "on") const { return {name, cell.driver(), set_value(true)}; }
   RuntimeCommand light(const std::string& name = "light") const { return {name, cell.lamp(), set_value(true)}; }
   bool lamp() const { return cell.cell.digital_outputs.at("lamp")->value(); }

@@ -25,7 +25,7 @@ class WeaveTest : public testing::Test {
   /// A line of the tool by this way in the axes of the base, with 80 % of the accelerations.
   SequencePart line(const Eigen::Vector3d& way, double blend_m, double velocity = 0.05) {
     const auto leg = [this, way](const JointVector& q) {
-      const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"));
+      const motion::ArmModel model = expression::planning_model(cell.cell.arms.at("arm"));
       Eigen::Isometry3d X_BT = model.chain.forward(q) * model.X_FM;
       X_BT.translation() += way;
       return motion::lin_leg(model, q, X_BT);
@@ -39,7 +39,7 @@ class WeaveTest : public testing::Test {
     const auto leg = [this, a1](const JointVector& q) {
       JointVector goal = q;
       goal[0] += a1;
-      return motion::ptp_leg(planning_model(cell.cell.arms.at("arm")), q, goal);
+      return motion::ptp_leg(expression::planning_model(cell.cell.arms.at("arm")), q, goal);
     };
     PlanParameters wish{.velocity = 0.3};
     const auto kind = blend_fraction > 0 ? Blend::Kind::kFraction : Blend::Kind::kNone;
@@ -174,9 +174,9 @@ TEST_F(WeaveTest, ItsSpeedIsJudgedTogetherWithThatOfThePath) {
   auto slow = std::make_shared<device::ArmDescription>(*cell.arm);
   slow->cartesian.linear_velocity = 0.3;
   device::Arm device("slow", slow, cell.backend, cell.core.period());
-  MountedArm arm = cell.cell.arms.at("arm");
+  expression::MountedArm arm = cell.cell.arms.at("arm");
   arm.device = &device;
-  const motion::ArmModel model = planning_model(arm);
+  const motion::ArmModel model = expression::planning_model(arm);
   const WeaveParameters wish = upright(0.004, 2.0);
   const double swing = 2.0 * std::numbers::pi * wish.frequency * wish.amplitude;
   const auto weaves_at = [&](double velocity) -> Result<WeavePlan> {
@@ -239,7 +239,7 @@ class WildWeaves : public WeaveTest, public testing::WithParamInterface<int> {
     const int kind = static_cast<int>(3 * random.unit());
     const Eigen::Vector3d way = vector(random, 0.12), bulge = vector(random, 0.06);
     return {.geometry = [this, kind, way, bulge](const JointVector& q) -> Result<motion::Leg> {
-      const motion::ArmModel model = planning_model(cell.cell.arms.at("arm"));
+      const motion::ArmModel model = expression::planning_model(cell.cell.arms.at("arm"));
       const Eigen::Isometry3d X_BT = model.chain.forward(q) * model.X_FM;
       Eigen::Isometry3d X_goal = X_BT, X_via = X_BT;
       X_goal.translation() += way;

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using takt::test::Reports;
@@ -150,4 +150,4 @@ TEST(Condition, ChannelsAreKnownByNameAndReadAsTheKeysSay) {
 }
 
 }  // namespace
-}  // namespace takt::command
+}  // namespace takt::expression

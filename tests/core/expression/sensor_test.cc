@@ -12,7 +12,7 @@
 #include "tests/core/command/command_cell.h"
 #include "tests/support/reports.h"
 
-namespace takt::command {
+namespace takt::expression {
 namespace {
 
 using takt::test::Reports;
@@ -22,7 +22,7 @@ class SensorTest : public testing::Test {
   /// The value of a formula in a net that runs for some cycles.
   template <class T>
   std::optional<T> in_net(const Sensor<T>& sensor, int cycles = 1) {
-    WaitCommand wait("wait", 1000.0);
+    command::WaitCommand wait("wait", 1000.0);
     wait.observe("it", sensor);
     auto handle = cell.runtime.load(wait);
     if (!handle) {
@@ -102,8 +102,8 @@ TEST_F(SensorTest, StatesAreComparedCombinedAndHeld) {
 }
 
 TEST_F(SensorTest, ADeviceThatIsNotThereIsFoundWithTheNearestName) {
-  WaitCommand wait("wait", is_greater(norm(force(contact_wrench(cell.cell, "wirst"))), 1.0));
-  const Diagnostics diagnostics = check(wait);
+  command::WaitCommand wait("wait", is_greater(norm(force(contact_wrench(cell.cell, "wirst"))), 1.0));
+  const Diagnostics diagnostics = command::check(wait);
   ASSERT_TRUE(diagnostics.has_errors());
   EXPECT_THAT(diagnostics, Reports(Code::kUnknownName, "/wait", {"wirst", "wrist"}));
   EXPECT_EQ(digital_input(cell.cell, "bottom").now(), std::nullopt);
@@ -155,9 +155,10 @@ TEST_F(SensorTest, AReaderOfContactsReadsWhatTheFormulaSays) {
 }
 
 TEST_F(SensorTest, ASensorStandsOnceInANetHoweverManyUseIt) {
-  WaitCommand wait("wait", is_greater(norm(force(cell.felt())), 5.0) || is_greater(norm(force(cell.felt())), 7.0) ||
-                               is_less(norm(torque(cell.felt())), -1.0));
-  const auto mapped = map(wait);
+  command::WaitCommand wait("wait", is_greater(norm(force(cell.felt())), 5.0) ||
+                                        is_greater(norm(force(cell.felt())), 7.0) ||
+                                        is_less(norm(torque(cell.felt())), -1.0));
+  const auto mapped = command::map(wait);
   ASSERT_TRUE(mapped.has_value());
   const auto count = [&mapped](const char* type) {
     return std::ranges::count(mapped->net.primitives, type, &net::PrimitiveDescription::type);
@@ -182,7 +183,7 @@ TEST_F(SensorTest, PosesAndTwistsBetweenAnyTwoFrames) {
   EXPECT_TRUE(pose_between(cell.cell, "block", "camera").now()->isApprox(X_WC(cell.q()).inverse() * X_WO, 1e-12));
   EXPECT_TRUE(pose_between(cell.cell, "block", "arm").now()->isApprox(*cell.cell.frames.pose("block", "arm"), 1e-12))
       << "what does not move is a constant";
-  RuntimeCommand move("move", cell.arm_actuator(), ptp(cell.joints(0.6, -0.4), {.velocity = 0.5}));
+  command::RuntimeCommand move("move", cell.arm_actuator(), command::ptp(cell.joints(0.6, -0.4), {.velocity = 0.5}));
   move.observe("pose", pose_between(cell.cell, "camera", "block"));
   move.observe("twist", twist_between(cell.cell, "camera", "block"));
   move.observe("back", twist_between(cell.cell, "block", "camera"));
@@ -214,7 +215,7 @@ TEST_F(SensorTest, AFrameOnALinkMovesWithIt) {
   ASSERT_NE(link, nullptr);
   const auto X_WC = [&](const device::JointVector& q) { return cell.X_WB * link->pose(q) * X_LC; };
   EXPECT_TRUE(pose_between(cell.cell, "lamp", "world").now()->isApprox(X_WC(cell.q()), 1e-12));
-  RuntimeCommand move("move", cell.arm_actuator(), ptp(cell.joints(0.6, -0.4), {.velocity = 0.5}));
+  command::RuntimeCommand move("move", cell.arm_actuator(), command::ptp(cell.joints(0.6, -0.4), {.velocity = 0.5}));
   move.observe("pose", pose_between(cell.cell, "lamp", "block"));
   move.observe("twist", twist_between(cell.cell, "lamp", "block"));
   auto handle = cell.runtime.load(move);
@@ -238,9 +239,9 @@ TEST_F(SensorTest, AFrameByAChannelFollowsIt) {
   cell.cell.channels.at("target")->write(net::Frame(X_WP));
   cell.step();
   EXPECT_TRUE(pose_between(cell.cell, "part", "arm").now()->isApprox(cell.X_WB.inverse() * X_WP, 1e-12));
-  WaitCommand wait("wait", 1.0);
+  command::WaitCommand wait("wait", 1.0);
   wait.observe("nowhere", pose_between(cell.cell, "prat", "arm"));
-  EXPECT_THAT(check(wait), Reports(Code::kUnknownName, "/wait/observations/nowhere", {"part"}));
+  EXPECT_THAT(command::check(wait), Reports(Code::kUnknownName, "/wait/observations/nowhere", {"part"}));
 }
 
 /// A part whose place is told every `every` cycles: body C of the channel goes round a centre that goes straight on,
@@ -312,7 +313,7 @@ TEST_F(SensorTest, AFrameByAChannelHasTheVelocityOfItsLastTwoValues) {
 TEST_F(SensorTest, InANetTheVelocityIsThereInTheFirstCycleAndEndsWhenNoValueComes) {
   MovingPart part(cell);
   part.run(50, 10);
-  WaitCommand wait("wait", 5.0);
+  command::WaitCommand wait("wait", 5.0);
   wait.observe("twist", twist_between(cell.cell, "part", "world"));
   wait.capture("first", twist_between(cell.cell, "part", "world"), wait.started());
   auto handle = cell.runtime.load(wait);
@@ -337,4 +338,4 @@ TEST_F(SensorTest, InANetTheVelocityIsThereInTheFirstCycleAndEndsWhenNoValueCome
 }
 
 }  // namespace
-}  // namespace takt::command
+}  // namespace takt::expression

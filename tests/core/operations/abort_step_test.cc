@@ -8,7 +8,7 @@
 #include "app/interfaces/actuator_interfaces.h"
 #include "tests/core/activity/command_fixture.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 class AbortStepTest : public test::CommandStepTest {
@@ -20,7 +20,7 @@ class AbortStepTest : public test::CommandStepTest {
     cell.button->sample.value = false;
     constexpr int kPressed = 300;
     EXPECT_EQ(run(good(operation),
-                  [this](int cycle, ProgramRunner&) {
+                  [this](int cycle, program::ProgramRunner&) {
                     (void)cell.cell.channels.at("stick")->write(net::Twist{.linear = {0.02, 0, 0}});
                     (void)cell.cell.channels.at("enable")->write(true);
                     cell.button->sample.value = cycle >= kPressed;
@@ -61,7 +61,7 @@ TEST_F(AbortStepTest, AnOperationOfATransactionSaysWhereItsAbortConditionStands)
 
 TEST_F(AbortStepTest, N3_ASilentSensorInAnAbortConditionEndsIt) {
   EXPECT_EQ(run(good(R"({"do": "hold", "seconds": 5, "abort_if": {"sensor": "wrist", "above_N": 50}})"),
-                [this](int cycle, ProgramRunner&) { cell.sensor->silent = cycle >= 300; }),
+                [this](int cycle, program::ProgramRunner&) { cell.sensor->silent = cycle >= 300; }),
             Progress::kFailed);
   ASSERT_EQ(diagnostics.list().size(), 1U) << diagnostics.to_string();
   EXPECT_EQ(diagnostics.list().front().code, Code::kSensorSilent);
@@ -79,10 +79,10 @@ TEST_F(AbortStepTest, ACaptureWithARateIsShownWhileItsTransactionRuns) {
         "capture": {{"way": {{"value": {{"progress": "up"}}, "rate_Hz": 100{}}}}}}})",
                        more);
   };
-  const Program program = good(with_rate(""));
+  const program::Program program = good(with_rate(""));
   std::vector<double> seen;
   ASSERT_EQ(run(program,
-                [&](int, ProgramRunner&) {
+                [&](int, program::ProgramRunner&) {
                   const std::string& text = variables.monitors["t"]["way"];
                   if (text.empty() || text == "null") return;
                   if (seen.empty() || seen.back() != std::stod(text)) seen.push_back(std::stod(text));
@@ -98,20 +98,21 @@ TEST_F(AbortStepTest, ACaptureWithARateIsShownWhileItsTransactionRuns) {
 
 TEST_F(AbortStepTest, AProgramInCppGivesTheSameParameter) {
   activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
-  const Actuator robot(program, "arm");
-  command::Condition button;
-  button.kind = command::Condition::Kind::kDigital;
+  const app::Actuator robot(program, "arm");
+  expression::Condition button;
+  button.kind = expression::Condition::Kind::kDigital;
   button.device = "button";
-  for (const Activity& one : {robot.use<HoldInterface>().hold({.seconds = 5.0, .abort_if = button}),
-                              robot.use<FreedriveInterface>().freedrive({.seconds = 5.0, .abort_if = button})}) {
+  for (const activity::Activity& one :
+       {robot.use<app::HoldInterface>().hold({.seconds = 5.0, .abort_if = button}),
+        robot.use<app::FreedriveInterface>().freedrive({.seconds = 5.0, .abort_if = button})}) {
     SCOPED_TRACE(one.model()->name());
-    const RunPtr run = one.schedule();
+    const activity::RunPtr run = one.schedule();
     for (int i = 0; i < 2000 && !run->over(); ++i) {
       cell.button->sample.value = i > 300;
       program.step();
     }
-    ASSERT_EQ(run->state(), RunState::kFailed);
-    EXPECT_EQ(run->failure(), RunFailure::kAborted);
+    ASSERT_EQ(run->state(), activity::RunState::kFailed);
+    EXPECT_EQ(run->failure(), activity::RunFailure::kAborted);
     ASSERT_FALSE(run->diagnostics().empty());
     EXPECT_EQ(run->diagnostics().list().front().code, Code::kAbortCondition);
     EXPECT_TRUE(run->diagnostics().list().front().pointer.ends_with("/abort_if"));
@@ -119,4 +120,4 @@ TEST_F(AbortStepTest, AProgramInCppGivesTheSameParameter) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -39,7 +39,7 @@ class CarriedCommandTest : public test::CommandStepTest {
   /// By what was sent.
   Eigen::Isometry3d in_room() const {
     const Eigen::Isometry3d X_WF = base().description().chain->forward(base().set_point().q);
-    return X_WF * cell.cell.frames.relation("arm")->X_PF * command::tool_pose(cell.cell.arms.at("arm"), cell.q());
+    return X_WF * cell.cell.frames.relation("arm")->X_PF * expression::tool_pose(cell.cell.arms.at("arm"), cell.q());
   }
   Eigen::Vector3d tool_in_room() const { return in_room().translation(); }
   double base_speed() const { return base().set_point().dq.cwiseAbs().maxCoeff(); }
@@ -65,12 +65,12 @@ const Eigen::Vector3d kWay(0.5, 0.3, 0.1);
 TEST_F(CarriedCommandTest, TheToolGoesStraightWhileTheBaseDrivesAndASignalIsSet) {
   const Eigen::Vector3d from = tool_in_room();
   double off = 0.0, lit = -1.0;
-  const Program program =
+  const program::Program program =
       good(tree(std::string(kStraight) + R"(, "lamp": {"do": "set", "output": "lamp", "value": true},
           "driver": {"do": "set", "start": true, "output": "driver", "value": true})",
                 R"(, "on": [{"entered": {"action": "straight", "at_path": 0.5}, "start": "lamp"}])"));
   ASSERT_EQ(run(program,
-                [&](int, ProgramRunner&) {
+                [&](int, program::ProgramRunner&) {
                   off = std::max(off, off_line(tool_in_room(), from, from + kWay));
                   if (lamp() && lit < 0.0) lit = (tool_in_room() - from).norm() / kWay.norm();
                 }),
@@ -88,11 +88,11 @@ TEST_F(CarriedCommandTest, AHandlerThatCancelsStopsBothOnTheLine) {
   const Eigen::Vector3d from = tool_in_room();
   double off = 0.0;
   int apart = 0;
-  const Program program = good(tree(kStraight, R"(, "on": [{"entered": {"action": "straight", "at_path": 0.4},
+  const program::Program program = good(tree(kStraight, R"(, "on": [{"entered": {"action": "straight", "at_path": 0.4},
       "cancel": "straight"}], "capture": {"way": {"value": {"progress": "straight"},
       "when": {"cancelled": "straight"}}})"));
   ASSERT_EQ(run(program,
-                [&](int, ProgramRunner&) {
+                [&](int, program::ProgramRunner&) {
                   off = std::max(off, off_line(tool_in_room(), from, from + kWay));
                   apart += (base_speed() < 1e-12) != (speed() < 1e-12);
                 }),
@@ -154,8 +154,8 @@ TEST_F(CarriedCommandTest, C7_NothingElseMovesArmOrBaseAtTheSameTime) {
 }
 
 TEST_F(CarriedCommandTest, L6_ACancelAtAnyCycleStopsBothOnTheLine) {
-  const Program program = good(tree(kStraight));
-  const Program home = good(R"({"do": "sequence", "steps": [{"do": "lin", "arm": "base", "to": "home"},
+  const program::Program program = good(tree(kStraight));
+  const program::Program home = good(R"({"do": "sequence", "steps": [{"do": "lin", "arm": "base", "to": "home"},
                                                            {"do": "ptp", "arm": "arm", "to": "home"}]})");
   ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   const int whole = cycles;
@@ -165,7 +165,7 @@ TEST_F(CarriedCommandTest, L6_ACancelAtAnyCycleStopsBothOnTheLine) {
     SCOPED_TRACE(at);
     double off = 0.0;
     ASSERT_EQ(run(program,
-                  [&](int cycle, ProgramRunner& runner) {
+                  [&](int cycle, program::ProgramRunner& runner) {
                     if (cycle == at) runner.cancel();
                     off = std::max(off, off_line(tool_in_room(), from, from + kWay));
                   }),
@@ -183,9 +183,9 @@ TEST_F(CarriedCommandTest, AGuardedLineStopsBothAndTellsWhereItTouched) {
   std::string guarded = kStraight;
   guarded.replace(guarded.find("\"to\""), 0, R"("until": {"input": "button"}, )");
   double off = 0.0;
-  const Program program = good(tree(guarded));
+  const program::Program program = good(tree(guarded));
   ASSERT_EQ(run(program,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   off = std::max(off, off_line(tool_in_room(), from, from + kWay));
                   cell.button->sample.value = cycle >= 600;
                 }),
@@ -204,10 +204,10 @@ TEST_F(CarriedCommandTest, AGuardedLineStopsBothAndTellsWhereItTouched) {
 TEST_F(CarriedCommandTest, WhatMustNotHoldStopsBothOnTheLine) {
   const Eigen::Vector3d from = tool_in_room();
   double off = 0.0;
-  const Program program = good(R"({"do": "lin", "arm": "arm", "to": {"in": "world", "by_m": [0.5, 0.3, 0.1]},
+  const program::Program program = good(R"({"do": "lin", "arm": "arm", "to": {"in": "world", "by_m": [0.5, 0.3, 0.1]},
       "base_to": {"by_m": [0.4, 0.5, 0], "by_rpy_deg": [0, 0, 20]}, "abort_if": {"input": "button"}})");
   EXPECT_EQ(run(program,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   off = std::max(off, off_line(tool_in_room(), from, from + kWay));
                   cell.button->sample.value = cycle >= 600;
                 }),
@@ -221,7 +221,7 @@ TEST_F(CarriedCommandTest, WhatMustNotHoldStopsBothOnTheLine) {
 }
 
 TEST_F(CarriedCommandTest, AFileMakesTheArmOnABaseCompliant) {
-  const Program program = good(R"({"do": "sequence", "steps": [
+  const program::Program program = good(R"({"do": "sequence", "steps": [
       {"do": "control_mode", "arm": "arm", "mode": "cartesian_impedance"},
       {"do": "lin", "arm": "arm", "to": {"in": "world", "by_m": [0.1, 0, 0]}, "base_to": {"by_m": [0.1, 0, 0]},
        "compliance": {"mode": "cartesian_impedance", "stiffness_N_m": 600}}]})");
@@ -271,4 +271,4 @@ TEST_F(CarriedCommandTest, OnlyTheArmOnABaseIsCompliant) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

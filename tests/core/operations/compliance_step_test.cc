@@ -3,7 +3,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using device::ControlMode;
@@ -86,8 +86,9 @@ TEST_F(ComplianceStepTest, PressAndSearchTakeSprings) {
     SCOPED_TRACE(step);
     cell.backend->given.clear();
     cell.button->sample.value = false;
-    const Program program = good(steps(kIntoCartesian + R"({"do": "tare", "sensor": "wrist", "cycles": 20}, )" + step));
-    EXPECT_EQ(run(program, [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle > 800; }),
+    const program::Program program =
+        good(steps(kIntoCartesian + R"({"do": "tare", "sensor": "wrist", "cycles": 20}, )" + step));
+    EXPECT_EQ(run(program, [&](int cycle, program::ProgramRunner&) { cell.button->sample.value = cycle > 800; }),
               Progress::kDone)
         << diagnostics.to_string();
     EXPECT_EQ(given().stiffness.head(3), Eigen::Vector3d(500, 600, 700));
@@ -172,13 +173,13 @@ TEST_F(ComplianceStepTest, TheModeIsLookedAtWhereTheProgramIsThen) {
 
 TEST_F(ComplianceStepTest, WhatOnlyTheRunCanTellFailsBeforeAnythingMoves) {
   const auto from = cell.q();
-  const Program program = good(R"({"do": "sequence", "variables": {"soft": "$false"}, "steps": [
+  const program::Program program = good(R"({"do": "sequence", "variables": {"soft": "$false"}, "steps": [
       {"do": "branch", "cases": [{"when": "$soft", "steps": [{"do": "control_mode", "mode": "joint_impedance"}]}]}, )" +
-                               lin("[0, 0, 0.02]", springs(300)) + "]}");
+                                        lin("[0, 0, 0.02]", springs(300)) + "]}");
   EXPECT_EQ(run(program), Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kNotPossibleNow, "/program/steps/1/compliance", {"control_mode"}));
   EXPECT_EQ(cell.q(), from);
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

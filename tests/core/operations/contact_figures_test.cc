@@ -6,7 +6,7 @@
 #include "core/device/force_torque_sensor.h"
 #include "core/operations/table/overlay.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// Its samples are 8 ms old when they are known.
@@ -18,7 +18,7 @@ struct LateSensor final : device::ForceTorqueBackend {
 TEST(ContactFigures, AForceOffsetKnowsHowLateItsSensorIs) {
   device::ForceTorqueSensor sensor("wrist", std::make_shared<device::ForceTorqueDescription>(),
                                    std::make_shared<LateSensor>());
-  command::Cell cell;
+  expression::Cell cell;
   cell.sensors["wrist"].device = &sensor;
   ForceOffsetParameters offset{.sensor = "wrist"};
   offset.force = 4.0;
@@ -31,4 +31,4 @@ TEST(ContactFigures, AForceOffsetKnowsHowLateItsSensorIs) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

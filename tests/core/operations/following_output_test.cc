@@ -5,7 +5,7 @@
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -44,14 +44,15 @@ class FollowingOutputTest : public test::CommandStepTest {
 
 TEST_F(FollowingOutputTest, AForceIsFollowedWithinRangeAndRate) {
   double off = 0.0;
-  const Program program = good(R"({"do": "sequence", "steps": [{"do": "tare", "cycles": 20}, )" +
-                               tree(valve(R"("start": true, "value": {"sensor": "wrist", "quantity": "force_z"},
+  const program::Program program =
+      good(R"({"do": "sequence", "steps": [{"do": "tare", "cycles": 20}, )" +
+           tree(valve(R"("start": true, "value": {"sensor": "wrist", "quantity": "force_z"},
                                              "factor": 0.2, "offset": 4, "seconds": 1.5)")) +
-                               "]}");
+           "]}");
   int begun = -1;
   double before = 0.0;
   ASSERT_EQ(run(program,
-                [&](int cycle, ProgramRunner& runner) {
+                [&](int cycle, program::ProgramRunner& runner) {
                   if (begun < 0 && runner.current() == "t") begun = cycle;
                   const int since = begun < 0 ? 0 : cycle - begun;
                   // First it swings, then it jumps beyond the range, then back.
@@ -77,12 +78,12 @@ TEST_F(FollowingOutputTest, AForceIsFollowedWithinRangeAndRate) {
 /// Glue for a seam: as much as the tool is fast.
 TEST_F(FollowingOutputTest, TheSpeedOfTheToolIsFollowed) {
   double most = 0.0, off = 0.0;
-  const Program program = good(
+  const program::Program program = good(
       tree(std::string(kMove) + "," + valve(R"("start": true, "value": {"speed": "arm"}, "factor": 50)"), kMeanwhile));
   Eigen::Vector3d before = tool();
   std::vector<double> speeds;
   ASSERT_EQ(run(program,
-                [&](int, ProgramRunner&) {
+                [&](int, program::ProgramRunner&) {
                   most = std::max(most, sent());
                   speeds.push_back((tool() - before).norm() / 1e-3);
                   before = tool();
@@ -102,10 +103,12 @@ TEST_F(FollowingOutputTest, TheProgressOfAMotionIsFollowed) {
   const Eigen::Vector3d from = tool();
   double off = 0.0;
   // It comes before what it follows: the order of the file does not matter.
-  const Program program =
+  const program::Program program =
       good(tree(valve(R"("start": true, "value": {"progress": "move"}, "factor": 10)") + "," + kMove, kMeanwhile));
   ASSERT_EQ(run(program,
-                [&](int, ProgramRunner&) { off = std::max(off, std::abs(sent() - 100.0 * (tool() - from).norm())); }),
+                [&](int, program::ProgramRunner&) {
+                  off = std::max(off, std::abs(sent() - 100.0 * (tool() - from).norm()));
+                }),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_LT(off, 0.03) << "a cycle or two of 10 V in 1 s";
@@ -117,7 +120,7 @@ TEST_F(FollowingOutputTest, AChannelIsFollowedAsAStepOfItsOwn) {
   double low = 10.0;
   ASSERT_EQ(run(good(R"({"do": "set", "output": "valve", "value": {"channel": "speed"}, "factor": 8,
                          "until": {"input": "button"}})"),
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   if (cycle == 300) (void)cell.cell.channels.at("speed")->write(0.25);
                   if (cycle == 299) {
                     EXPECT_NEAR(sent(), 8.0, 1e-9);
@@ -133,12 +136,13 @@ TEST_F(FollowingOutputTest, AChannelIsFollowedAsAStepOfItsOwn) {
 }
 
 TEST_F(FollowingOutputTest, N3_WhatIsSilentIsNotFollowedAndIsTold) {
-  const Program program = good(tree(valve(R"("start": true, "value": {"sensor": "wrist"}, "factor": 0.2)") +
-                                        R"(, "lamp": {"do": "set", "output": "lamp", "value": true})",
-                                    R"(, "on": [{"entered": {"action": "valve", "is": "error"}, "start": "lamp"}])"));
+  const program::Program program =
+      good(tree(valve(R"("start": true, "value": {"sensor": "wrist"}, "factor": 0.2)") +
+                    R"(, "lamp": {"do": "set", "output": "lamp", "value": true})",
+                R"(, "on": [{"entered": {"action": "valve", "is": "error"}, "start": "lamp"}])"));
   double then = -1.0;
   ASSERT_EQ(run(program,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   cell.extra.force.x() = 10.0;
                   if (cycle == 300) then = sent();
                   cell.sensor->silent = cycle >= 300;
@@ -152,9 +156,10 @@ TEST_F(FollowingOutputTest, N3_WhatIsSilentIsNotFollowedAndIsTold) {
 }
 
 TEST_F(FollowingOutputTest, L6_ACancelEndsIt) {
-  const Program program = good(R"({"do": "set", "output": "valve", "value": {"channel": "speed"}, "factor": 8})");
+  const program::Program program =
+      good(R"({"do": "set", "output": "valve", "value": {"channel": "speed"}, "factor": 8})");
   ASSERT_EQ(run(program,
-                [&](int cycle, ProgramRunner& runner) {
+                [&](int cycle, program::ProgramRunner& runner) {
                   if (cycle == 40) runner.cancel();
                 }),
             Progress::kDone);
@@ -165,4 +170,4 @@ TEST_F(FollowingOutputTest, L6_ACancelEndsIt) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

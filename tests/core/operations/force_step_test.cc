@@ -5,7 +5,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -33,8 +33,8 @@ class ForceStepTest : public test::ActivityTest {
 
 TEST_F(ForceStepTest, PressesWithTheWantedForce) {
   double most = 0.0;
-  const Program program = good(over_the_block(press(R"(, "seconds": 1)")));
-  EXPECT_EQ(run(program, [&](int, ProgramRunner&) { most = std::max(most, pressed_with()); }), Progress::kDone)
+  const program::Program program = good(over_the_block(press(R"(, "seconds": 1)")));
+  EXPECT_EQ(run(program, [&](int, program::ProgramRunner&) { most = std::max(most, pressed_with()); }), Progress::kDone)
       << diagnostics.to_string();
   EXPECT_NEAR(pressed_with(), 20.0, 3.0);
   EXPECT_LT(most, 45.0) << "no blow at the touch, as hard as the block is";
@@ -59,7 +59,7 @@ TEST_F(ForceStepTest, NothingToTouchIsAFailure) {
 
 TEST_F(ForceStepTest, N3_ASilentSensorStopsIt) {
   EXPECT_EQ(run(good(over_the_block(press(R"(, "seconds": 5)"))),
-                [this](int, ProgramRunner& runner) {
+                [this](int, program::ProgramRunner& runner) {
                   fake.sensor->silent = runner.current() == "press" && pressed_with() > 5;
                 }),
             Progress::kFailed);
@@ -75,12 +75,12 @@ TEST_F(ForceStepTest, AConditionEndsIt) {
 }
 
 TEST_F(ForceStepTest, RowL6ACancelAtAnyTimeEndsInOrder) {
-  const Program program = good(over_the_block(press(R"(, "seconds": 1)")));
+  const program::Program program = good(over_the_block(press(R"(, "seconds": 1)")));
   for (const int after : {0, 1, 2, 3, 50, 400, 900}) {
     SCOPED_TRACE(after);
     int begun = -1;
     EXPECT_EQ(run(program,
-                  [&](int cycle, ProgramRunner& runner) {
+                  [&](int cycle, program::ProgramRunner& runner) {
                     if (begun < 0 && runner.current() == "press") begun = cycle;
                     if (begun >= 0 && cycle == begun + after) runner.cancel();
                   }),
@@ -164,4 +164,4 @@ TEST(SearchPattern, StaysInsideAndLeavesNoGap) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -6,7 +6,7 @@
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -14,17 +14,17 @@ using takt::test::Reports;
 class ForceValueTest : public test::ActivityTest {
  protected:
   /// What the text is worth now.
-  Value value(const std::string& text) {
-    const Scope scope;
-    const EvalContext eval_context{.mode = EvalContext::Mode::kRun,
-                                   .scope = &scope,
-                                   .cell = &fake.cell,
-                                   .measured = &variables,
-                                   .q = nullptr,
-                                   .time = fake.core.time()};
+  program::Value value(const std::string& text) {
+    const program::Scope scope;
+    const program::EvalContext eval_context{.mode = program::EvalContext::Mode::kRun,
+                                            .scope = &scope,
+                                            .cell = &fake.cell,
+                                            .measured = &variables,
+                                            .q = nullptr,
+                                            .time = fake.core.time()};
     diagnostics = {};
-    const auto expression = Expression::parse(text);
-    return expression ? expression->evaluate(eval_context, diagnostics) : Value{};
+    const auto expression = program::Expression::parse(text);
+    return expression ? expression->evaluate(eval_context, diagnostics) : program::Value{};
   }
   static std::string let(const std::string& text) {
     return R"({"do": "sequence", "variables": {"f": {"unit": "N", "nominal": 7}}, "steps": [
@@ -72,7 +72,7 @@ TEST_F(ForceValueTest, N2_ASilentSensorIsUnknownAndComesBack) {
 }
 
 TEST_F(ForceValueTest, UnitsAndNamesAreChecked) {
-  EXPECT_EQ(to_string(value("force('wrist') / force('wrist')").type), "number without a unit");
+  EXPECT_EQ(program::to_string(value("force('wrist') / force('wrist')").type), "number without a unit");
   (void)value("force('wrist') + 1[Nm]");
   EXPECT_THAT(diagnostics, Reports(Code::kTypeMismatch, "", {"+"}));
   EXPECT_THAT(parse(let("$torque('wrist')")).error(), Reports(Code::kWrongType, "/program/steps/0/values/f"));
@@ -82,7 +82,7 @@ TEST_F(ForceValueTest, UnitsAndNamesAreChecked) {
 
 TEST_F(ForceValueTest, AProgramDecidesByAForceAndIsRehearsedOnItsNominalValue) {
   variables.biases["wrist"] = fake.bias;
-  const Program program = good(let("$force('wrist')"));
+  const program::Program program = good(let("$force('wrist')"));
   EXPECT_FALSE(program.rehearse(fake.cell).diagnostics.has_errors());
   fake.extra.force = {0.0, 3.0, 4.0};
   fake.step();
@@ -91,7 +91,7 @@ TEST_F(ForceValueTest, AProgramDecidesByAForceAndIsRehearsedOnItsNominalValue) {
   // It waits until somebody pushes: asked between all cycles.
   fake.extra = {};
   EXPECT_EQ(run(good(R"({"do": "wait", "until": "$force_z('wrist') > 9[N]", "timeout_s": 1})"),
-                [this](int cycle, ProgramRunner&) { fake.extra.force.z() = cycle >= 100 ? 10.0 : 0.0; }),
+                [this](int cycle, program::ProgramRunner&) { fake.extra.force.z() = cycle >= 100 ? 10.0 : 0.0; }),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_NEAR(cycles, 101, 1);
@@ -111,20 +111,20 @@ TEST_F(ForceValueTest, AStepTakesAForceAsItsFigure) {
 /// Two arms that look at each other: what one pushes and the other pushes back counts, what both push does not.
 TEST(InternalForceValue, IsHalfTheDifferenceInTheWorld) {
   test::TwoArmCell two;
-  Variables variables;
+  activity::Variables variables;
   const auto value = [&](const std::string& text, Diagnostics& diagnostics) {
-    const Scope scope;
-    const EvalContext eval_context{.mode = EvalContext::Mode::kRun,
-                                   .scope = &scope,
-                                   .cell = &two.cell,
-                                   .measured = &variables,
-                                   .q = nullptr,
-                                   .time = two.core.time()};
-    return Expression::parse(text)->evaluate(eval_context, diagnostics);
+    const program::Scope scope;
+    const program::EvalContext eval_context{.mode = program::EvalContext::Mode::kRun,
+                                            .scope = &scope,
+                                            .cell = &two.cell,
+                                            .measured = &variables,
+                                            .q = nullptr,
+                                            .time = two.core.time()};
+    return program::Expression::parse(text)->evaluate(eval_context, diagnostics);
   };
   const auto push = [&](double left_N, double right_N) {
     for (const auto& [name, force] : {std::pair("left", left_N), std::pair("right", right_N)}) {
-      const Actuator one(two.program, name);
+      const app::Actuator one(two.program, name);
       const Eigen::Matrix3d R_WF = (one.frame("world").inverse() * one.flange()).linear();
       two.wrists[name]->sample.wrench.force = R_WF.transpose() * (force * Eigen::Vector3d::UnitX());
     }
@@ -135,7 +135,7 @@ TEST(InternalForceValue, IsHalfTheDifferenceInTheWorld) {
   EXPECT_NEAR(value("internal_force('left wrist', 'right wrist')", diagnostics).number(), 20.0, 1e-9);
   push(30.0, 30.0);
   EXPECT_NEAR(value("internal_force('right wrist', 'left wrist')", diagnostics).number(), 0.0, 1e-9);
-  EXPECT_EQ(to_string(value("internal_force('left wrist', 'right wrist')", diagnostics).type), "number in N");
+  EXPECT_EQ(program::to_string(value("internal_force('left wrist', 'right wrist')", diagnostics).type), "number in N");
   EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
   two.wrists["right"]->silent = true;
   for (int i = 0; i < 10; ++i) two.core.step();
@@ -145,4 +145,4 @@ TEST(InternalForceValue, IsHalfTheDifferenceInTheWorld) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

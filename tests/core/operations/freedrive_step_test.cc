@@ -2,7 +2,7 @@
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using device::ControlMode;
@@ -24,7 +24,7 @@ TEST_F(FreedriveStepTest, GoesIntoItsModeAndBackAndMotionsGoOnAfterIt) {
   bool was_soft = false;
   EXPECT_EQ(run(good(steps(R"({"do": "ptp", "to": {"by_m": [0, 0, 0.02]}}, {"do": "freedrive", "seconds": 0.3},
                               {"do": "lin", "to": {"by_m": [0, 0, 0.02]}})")),
-                [&](int, ProgramRunner&) { was_soft = was_soft || mode() == ControlMode::kJointImpedance; }),
+                [&](int, program::ProgramRunner&) { was_soft = was_soft || mode() == ControlMode::kJointImpedance; }),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_TRUE(was_soft);
@@ -34,10 +34,10 @@ TEST_F(FreedriveStepTest, GoesIntoItsModeAndBackAndMotionsGoOnAfterIt) {
 }
 
 TEST_F(FreedriveStepTest, AfterAFailureTheHandlerFindsTheModeBefore) {
-  const Program program = good(R"({"do": "try", "steps": [{"do": "freedrive", "seconds": 9}],
+  const program::Program program = good(R"({"do": "try", "steps": [{"do": "freedrive", "seconds": 9}],
       "on_error": {"steps": [{"do": "ptp", "to": {"by_m": [0, 0, 0.02]}}]}})");
   EXPECT_EQ(run(program,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   if (cycle == 900) abort_all();
                 }),
             Progress::kDone)
@@ -49,7 +49,7 @@ TEST_F(FreedriveStepTest, AfterAFailureTheHandlerFindsTheModeBefore) {
 
 TEST_F(FreedriveStepTest, AFailureAndAWayBackThatFailsAreBothTold) {
   EXPECT_EQ(run(good(R"({"do": "freedrive", "seconds": 9})"),
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   if (cycle != 900) return;
                   cell.backend->ignores_modes = true;
                   abort_all();
@@ -60,11 +60,11 @@ TEST_F(FreedriveStepTest, AFailureAndAWayBackThatFailsAreBothTold) {
 }
 
 TEST_F(FreedriveStepTest, CancelledAtAnyMomentItEndsInTheModeBefore) {
-  const Program program = good(R"({"do": "freedrive", "seconds": 9})");
+  const program::Program program = good(R"({"do": "freedrive", "seconds": 9})");
   for (const int at : {0, 1, 2, 3, 4, 5, 200, 700}) {
     SCOPED_TRACE(at);
     EXPECT_EQ(run(program,
-                  [&](int cycle, ProgramRunner& runner) {
+                  [&](int cycle, program::ProgramRunner& runner) {
                     if (cycle == at) runner.cancel();
                   }),
               Progress::kDone)
@@ -78,7 +78,7 @@ TEST_F(FreedriveStepTest, AModeThatAStepAsksForIsReachedAfterItsLatency) {
   latency = 7;
   int changed = -1;
   EXPECT_EQ(run(good(R"({"do": "control_mode", "mode": "cartesian_impedance"})"),
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   if (changed < 0 && cell.backend->changes > 0) changed = cycle;
                 }),
             Progress::kDone)
@@ -89,4 +89,4 @@ TEST_F(FreedriveStepTest, AModeThatAStepAsksForIsReachedAfterItsLatency) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -5,7 +5,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using device::JointVector;
@@ -115,4 +115,4 @@ TEST_F(GoalTest, AnUnknownFrameIsFoundWhenTheGoalIsResolved) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

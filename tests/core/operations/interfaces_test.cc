@@ -8,7 +8,7 @@
 #include "tests/core/activity/two_arm_cell.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -20,7 +20,7 @@ using testing::Not;
 Diagnostics error_of(const std::function<void()>& act) {
   try {
     act();
-  } catch (const ActivityError& error) {
+  } catch (const activity::ActivityError& error) {
     return error.diagnostics();
   }
   return {};
@@ -33,7 +33,7 @@ class InterfacesTest : public testing::Test {
 
 TEST_F(InterfacesTest, OneJointMovesAndTheOthersStand) {
   const kinematics::JointVector before = cell.robot.q();
-  const auto joint = cell.robot.use<JointInterface>();
+  const auto joint = cell.robot.use<app::JointInterface>();
   joint.move_to(3, before[3] - 0.3).execute();
   joint.move_by(3, 0.1, {.velocity = 0.5}).execute();
   kinematics::JointVector expected = before;
@@ -55,92 +55,97 @@ TEST_F(InterfacesTest, WhatIsMeasuredIsToldBesideTheSetPoint) {
 
 TEST(ForceInterfaceTest, AnArmWithoutASensorOfItsOwnDoesNotOfferIt) {
   test::TwoArmCell cell;
-  const Actuator left(cell.program, "left");
-  EXPECT_TRUE(left.offers<ForceInterface>());
+  const app::Actuator left(cell.program, "left");
+  EXPECT_TRUE(left.offers<app::ForceInterface>());
   cell.cell.sensors.erase("left wrist");
-  EXPECT_FALSE(left.offers<ForceInterface>()) << "that of the right arm feels nothing of it";
+  EXPECT_FALSE(left.offers<app::ForceInterface>()) << "that of the right arm feels nothing of it";
   EXPECT_THAT(left.interfaces(), Not(Contains("ForceInterface")));
 }
 
 /// An interface that a project brings.
-class PolishInterface : public ActuatorInterface {
+class PolishInterface : public app::ActuatorInterface {
  public:
   static constexpr std::string_view kName = "PolishInterface";
-  static bool offered_by(const command::Cell& cell, const std::string& actuator) {
+  static bool offered_by(const expression::Cell& cell, const std::string& actuator) {
     return cell.arms.contains(actuator);
   }
-  using ActuatorInterface::ActuatorInterface;
+  using app::ActuatorInterface::ActuatorInterface;
 };
-const RegisterInterface<PolishInterface> kPolish;
+const app::RegisterInterface<PolishInterface> kPolish;
 
 TEST_F(InterfacesTest, AnInterfaceOfAProjectIsListed) {
   EXPECT_THAT(cell.robot.interfaces(), Contains("PolishInterface"));
-  EXPECT_THAT(Actuator(cell.program, "lamp").interfaces(), Not(Contains("PolishInterface")));
+  EXPECT_THAT(app::Actuator(cell.program, "lamp").interfaces(), Not(Contains("PolishInterface")));
   EXPECT_EQ(cell.robot.use<PolishInterface>().actuator(), "arm");
 }
 
 // 2010: a welding robot is a robot with its torch.
 TEST_F(InterfacesTest, SeveralActuatorsAreOneDevice) {
-  const ComposedDevice welder("welder", {cell.robot, Actuator(cell.program, "lamp")});
-  EXPECT_TRUE(welder.offers<LinInterface>());
-  EXPECT_FALSE(welder.offers<GrippingInterface>());
+  const app::ComposedDevice welder("welder", {cell.robot, app::Actuator(cell.program, "lamp")});
+  EXPECT_TRUE(welder.offers<app::LinInterface>());
+  EXPECT_FALSE(welder.offers<app::GrippingInterface>());
   EXPECT_THAT(welder.interfaces(), AllOf(Contains("OutputInterface"), Contains("LinInterface")));
-  sequence({welder.use<LinInterface>().lin_by({0.0, 0.05, 0.0}), welder.use<OutputInterface>().set(true)}).execute();
+  activity::sequence(
+      {welder.use<app::LinInterface>().lin_by({0.0, 0.05, 0.0}), welder.use<app::OutputInterface>().set(true)})
+      .execute();
   EXPECT_TRUE(cell.cell.digital_outputs.at("lamp")->value());
   EXPECT_EQ(welder.part("arm").name(), "arm");
   welder.set_speed(0.5);
   cell.program.step();
-  EXPECT_EQ(command::channel<net::Real>(cell.cell, "arm.speed").now(), 0.5);
+  EXPECT_EQ(expression::channel<net::Real>(cell.cell, "arm.speed").now(), 0.5);
 
   EXPECT_THAT(error_of([&] { (void)welder.part("lam"); }), Reports(Code::kUnknownName, "/welder", {"lam", "lamp"}));
-  EXPECT_THAT(error_of([&] { (void)welder.use<GrippingInterface>(); }),
+  EXPECT_THAT(error_of([&] { (void)welder.use<app::GrippingInterface>(); }),
               Reports(Code::kUnsupported, "/welder", {"welder"}));
-  const ComposedDevice lamps("lamps", {Actuator(cell.program, "lamp"), Actuator(cell.program, "driver")});
-  EXPECT_THAT(error_of([&] { (void)lamps.use<OutputInterface>(); }), Reports(Code::kConflict, "/lamps"));
+  const app::ComposedDevice lamps("lamps",
+                                  {app::Actuator(cell.program, "lamp"), app::Actuator(cell.program, "driver")});
+  EXPECT_THAT(error_of([&] { (void)lamps.use<app::OutputInterface>(); }), Reports(Code::kConflict, "/lamps"));
   EXPECT_THAT(lamps.interfaces(), ElementsAre());
-  EXPECT_THAT(error_of([&] { (void)ComposedDevice("none", {}); }), Reports(Code::kMissing, "/none"));
+  EXPECT_THAT(error_of([&] { (void)app::ComposedDevice("none", {}); }), Reports(Code::kMissing, "/none"));
   EXPECT_THAT(error_of([&] {
-                (void)ComposedDevice("twice", {cell.robot, cell.robot});
+                (void)app::ComposedDevice("twice", {cell.robot, cell.robot});
               }),
               Reports(Code::kDuplicate, "/twice", {"twice"}));
 }
 
 /// What only a robot with its torch can do.
-class WeldingInterface : public DeviceInterface {
+class WeldingInterface : public app::DeviceInterface {
  public:
   static constexpr std::string_view kName = "WeldingInterface";
-  static bool offered_by(const ComposedDevice& device) { return device.has_part("robot") && device.has_part("torch"); }
-  using DeviceInterface::DeviceInterface;
+  static bool offered_by(const app::ComposedDevice& device) {
+    return device.has_part("robot") && device.has_part("torch");
+  }
+  using app::DeviceInterface::DeviceInterface;
 
-  [[nodiscard]] Activity weld(const Eigen::Vector3d& seam) const {
-    const auto torch = part("torch").use<OutputInterface>();
-    return sequence({torch.set(true), part("robot").use<LinInterface>().lin_by(seam), torch.set(false)});
+  [[nodiscard]] activity::Activity weld(const Eigen::Vector3d& seam) const {
+    const auto torch = part("torch").use<app::OutputInterface>();
+    return activity::sequence({torch.set(true), part("robot").use<app::LinInterface>().lin_by(seam), torch.set(false)});
   }
 };
 
 TEST_F(InterfacesTest, AComposedDeviceHasInterfacesOfTheProgramsOwnWithItsPartsByRole) {
-  const Actuator lamp(cell.program, "lamp");
-  const ComposedDevice welder("welder", {{"robot", cell.robot}, {"torch", lamp}});
+  const app::Actuator lamp(cell.program, "lamp");
+  const app::ComposedDevice welder("welder", {{"robot", cell.robot}, {"torch", lamp}});
   ASSERT_TRUE(welder.offers<WeldingInterface>());
   const Eigen::Vector3d before = cell.robot.tool().translation();
-  const RunPtr run = welder.use<WeldingInterface>().weld({0.0, 0.02, 0.0}).begin_execute();
+  const activity::RunPtr run = welder.use<WeldingInterface>().weld({0.0, 0.02, 0.0}).begin_execute();
   for (int i = 0; i < 20; ++i) cell.program.step();
   EXPECT_TRUE(cell.cell.digital_outputs.at("lamp")->value());
-  wait(cell.program, run);
+  activity::wait(cell.program, run);
   EXPECT_FALSE(cell.cell.digital_outputs.at("lamp")->value());
   EXPECT_NEAR(cell.robot.tool().translation().y(), before.y() + 0.02, 1e-6);
   EXPECT_EQ(welder.part("torch").name(), "lamp");
   EXPECT_EQ(welder.part("lamp").name(), "lamp");
 
-  const ComposedDevice other("other", {cell.robot, lamp});
+  const app::ComposedDevice other("other", {cell.robot, lamp});
   EXPECT_FALSE(other.offers<WeldingInterface>());
   EXPECT_THAT(error_of([&] { (void)other.use<WeldingInterface>(); }),
               Reports(Code::kUnsupported, "/other", {"WeldingInterface", "arm", "lamp"}));
   EXPECT_THAT(error_of([&] {
-                (void)ComposedDevice("twice", {{"robot", cell.robot}, {"robot", lamp}});
+                (void)app::ComposedDevice("twice", {{"robot", cell.robot}, {"robot", lamp}});
               }),
               Reports(Code::kDuplicate, "/twice", {"robot"}));
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

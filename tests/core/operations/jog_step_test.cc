@@ -6,7 +6,7 @@
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -27,7 +27,7 @@ class JogStepTest : public test::CommandStepTest {
     std::int64_t least = -1, most = -1;  ///< cycles from the switch to the set point
     std::int64_t rest = 0;               ///< cycles from a request to stop to rest
   };
-  Certificate certificate(const Program& program) {
+  Certificate certificate(const program::Program& program) {
     std::vector<RehearsedNet> nets;
     (void)program.rehearse(cell.cell, &cell.core.environment(), &nets);
     Certificate found;
@@ -45,14 +45,14 @@ class JogStepTest : public test::CommandStepTest {
 };
 
 TEST_F(JogStepTest, WithTheSwitchReleasedTheArmIsAtRestInTheCyclesThatLoadCertifies) {
-  const Program program = good(jog(R"(, "until": {"input": "button"})"));
+  const program::Program program = good(jog(R"(, "until": {"input": "button"})"));
   const Certificate certified = certificate(program);
   ASSERT_GE(certified.least, 0) << "there is a way from the switch to the arm";
   ASSERT_GT(certified.rest, 0);
   int released = -1, braking = -1, rest = -1;
   double before = 0.0;
   EXPECT_EQ(run(program,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   const bool held = cycle < 500;
                   push(1.0, held);
                   cell.button->sample.value = cycle > 1500;
@@ -77,11 +77,11 @@ TEST_F(JogStepTest, WithTheSwitchReleasedTheArmIsAtRestInTheCyclesThatLoadCertif
 }
 
 TEST_F(JogStepTest, ChannelsThatNobodyWritesAnyMoreStandStill) {
-  const Program program = good(jog(R"(, "seconds": 2)"));
+  const program::Program program = good(jog(R"(, "seconds": 2)"));
   bool at_rest = false;
   const Eigen::Vector3d from = tool();
   EXPECT_EQ(run(program,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   if (cycle < 400) push(0.05, true);
                   if (cycle == 900) at_rest = cell.core_arm().at_rest();
                 }),
@@ -93,10 +93,10 @@ TEST_F(JogStepTest, ChannelsThatNobodyWritesAnyMoreStandStill) {
 }
 
 TEST_F(JogStepTest, P2_APauseStandsAndAnOverrideScales) {
-  const Program program = good(jog(R"(, "seconds": 3)"));
+  const program::Program program = good(jog(R"(, "seconds": 3)"));
   double full = 0.0, half = 0.0, paused = 1.0;
   EXPECT_EQ(run(program,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   push(0.05, true);
                   if (cycle == 400) (void)cell.speed->write(0.5);
                   if (cycle == 800) (void)cell.speed->write(0.0);
@@ -111,11 +111,11 @@ TEST_F(JogStepTest, P2_APauseStandsAndAnOverrideScales) {
 }
 
 TEST_F(JogStepTest, L6_ACancelAtAnyTimeEndsInOrder) {
-  const Program program = good(jog(""));
+  const program::Program program = good(jog(""));
   for (const int at : {0, 1, 3, 20, 200, 600}) {
     SCOPED_TRACE(at);
     EXPECT_EQ(run(program,
-                  [&](int cycle, ProgramRunner& runner) {
+                  [&](int cycle, program::ProgramRunner& runner) {
                     push(0.05, true);
                     if (cycle == at) runner.cancel();
                   }),
@@ -129,7 +129,7 @@ TEST_F(JogStepTest, ConstantVelocitiesAlongTheToolAndAnInputAsSwitch) {
   const Eigen::Isometry3d X_WT = cell.tool_in_world(cell.q());
   EXPECT_EQ(
       run(good(R"({"do": "jog", "linear_m_s": [0, 0, 0.02], "in": "tcp", "while": {"input": "button"}, "seconds": 1})"),
-          [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle < 700; }),
+          [&](int cycle, program::ProgramRunner&) { cell.button->sample.value = cycle < 700; }),
       Progress::kDone);
   const Eigen::Vector3d way = X_WT.linear().transpose() * (tool() - X_WT.translation());
   EXPECT_NEAR(way.z(), 0.014, 0.002);
@@ -138,11 +138,12 @@ TEST_F(JogStepTest, ConstantVelocitiesAlongTheToolAndAnInputAsSwitch) {
 }
 
 TEST_F(JogStepTest, AFrameIsFollowedUntilAConditionHolds) {
-  const Program program = good(R"({"do": "transaction", "name": "t", "commands": {
+  const program::Program program = good(R"({"do": "transaction", "name": "t", "commands": {
       "follow": {"do": "follow", "start": true, "channel": "target", "in": "arm", "linear_max_m_s": 0.2}},
       "on": [{"entered": {"action": "follow", "is": "arrived", "held_for_s": 0.1}, "cancel": "follow"}]})");
   const Eigen::Isometry3d goal = cell.moved(0.03, 0.04, -0.02);
-  EXPECT_EQ(run(program, [&](int, ProgramRunner&) { (void)cell.cell.channels.at("target")->write(net::Frame(goal)); }),
+  EXPECT_EQ(run(program,
+                [&](int, program::ProgramRunner&) { (void)cell.cell.channels.at("target")->write(net::Frame(goal)); }),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_LT((tool() - cell.X_WB * goal.translation()).norm(), 2e-4);
@@ -163,4 +164,4 @@ TEST_F(JogStepTest, WhatIsWrongIsToldWithItsPlace) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,7 +8,7 @@
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using testing::Contains;
@@ -18,7 +18,7 @@ class LeftTransactionTest : public test::CommandStepTest {
  protected:
   LeftTransactionTest()
       : CommandStepTest([](test::CommandCell& own) {
-          const Diagnostics wrong = declare_channels(own.core, own.cell);
+          const Diagnostics wrong = activity::declare_channels(own.core, own.cell);
           EXPECT_FALSE(wrong.has_errors()) << wrong.to_string();
         }) {}
 
@@ -34,10 +34,10 @@ class LeftTransactionTest : public test::CommandStepTest {
   static constexpr const char* kBlend = R"(, "blend_m": 0.04)";
 
   /// Runs it and counts the cycles in which the arm stood between its first and its last motion.
-  int standing(const Program& program, const AtCycle& at_cycle = {}) {
+  int standing(const program::Program& program, const AtCycle& at_cycle = {}) {
     std::vector<double> speeds;
     EXPECT_EQ(run(program,
-                  [&](int cycle, ProgramRunner& runner) {
+                  [&](int cycle, program::ProgramRunner& runner) {
                     if (at_cycle) at_cycle(cycle, runner);
                     speeds.push_back(speed());
                   }),
@@ -57,7 +57,7 @@ TEST_F(LeftTransactionTest, TheNextMotionGoesOnWithTheLastOneOfATransaction) {
   const int cycles_with_stop = cycles;
   ASSERT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
   log.clear();
-  const Program program = good(up_and_aside(kBlend));
+  const program::Program program = good(up_and_aside(kBlend));
   EXPECT_TRUE(rehearsed.list().empty()) << rehearsed.to_string();
   EXPECT_EQ(standing(program), 0);
   EXPECT_LT(cycles, cycles_with_stop);
@@ -69,7 +69,7 @@ TEST_F(LeftTransactionTest, TheNextMotionGoesOnWithTheLastOneOfATransaction) {
 }
 
 TEST_F(LeftTransactionTest, SeveralMotionsOfATransactionAreLeftAtTheirLast) {
-  const Program program = good(R"({"do": "sequence", "steps": [{"do": "transaction", "name": "t", "commands": {
+  const program::Program program = good(R"({"do": "sequence", "steps": [{"do": "transaction", "name": "t", "commands": {
         "round": {"do": "motions", "start": true, "steps": [{"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.03},
                   {"do": "lin", "to": {"by_m": [0, 0.1, 0]}, "blend_m": 0.03}]}}},
         {"do": "lin", "to": {"by_m": [0, 0, -0.1]}}]})");
@@ -79,7 +79,7 @@ TEST_F(LeftTransactionTest, SeveralMotionsOfATransactionAreLeftAtTheirLast) {
 
 TEST_F(LeftTransactionTest, WithoutAMotionBehindItItComesToItsGoal) {
   const Eigen::Vector3d from = tool();
-  const Program program = good(R"({"do": "transaction", "name": "t", "commands": {
+  const program::Program program = good(R"({"do": "transaction", "name": "t", "commands": {
       "up": {"do": "lin", "start": true, "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.04}}})");
   EXPECT_THAT(rehearsed, takt::test::ReportsAnywhere(Code::kNote));
   ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
@@ -100,18 +100,19 @@ TEST_F(LeftTransactionTest, WhatMayStillHappenForbidsIt) {
 }
 
 TEST_F(LeftTransactionTest, WhatMustNotHoldCountsOnTheRestOfItToo) {
-  const Program program = good(up_and_aside(R"(, "blend_m": 0.04, "abort_if": {"input": "button"})"));
+  const program::Program program = good(up_and_aside(R"(, "blend_m": 0.04, "abort_if": {"input": "button"})"));
   EXPECT_EQ(standing(program), 0);
   ASSERT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
-  EXPECT_EQ(run(program, [this](int, ProgramRunner&) { cell.button->sample.value = lamp() && speed() > 0.02; }),
-            Progress::kFailed);
+  EXPECT_EQ(
+      run(program, [this](int, program::ProgramRunner&) { cell.button->sample.value = lamp() && speed() > 0.02; }),
+      Progress::kFailed);
   EXPECT_EQ(diagnostics.list().front().code, Code::kAbortCondition) << diagnostics.to_string();
   cell.button->sample.value = false;
   expect_good_end();
 }
 
 TEST_F(LeftTransactionTest, L6_ACancelAtAnyCycleEndsInOrder) {
-  const Program program = good(up_and_aside(kBlend)), home = good(R"({"do": "ptp", "to": "home"})");
+  const program::Program program = good(up_and_aside(kBlend)), home = good(R"({"do": "ptp", "to": "home"})");
   ASSERT_EQ(run(program), Progress::kDone);
   const int whole = cycles;
   ASSERT_EQ(run(home), Progress::kDone);
@@ -125,11 +126,11 @@ TEST_F(LeftTransactionTest, L6_ACancelAtAnyCycleEndsInOrder) {
 }
 
 TEST_F(LeftTransactionTest, WhatHasFailedBeforeTheLastMotionEndsTheStep) {
-  const Program program = good(R"({"do": "sequence", "steps": [{"do": "transaction", "name": "t", "commands": {
+  const program::Program program = good(R"({"do": "sequence", "steps": [{"do": "transaction", "name": "t", "commands": {
       "grip": {"do": "grip", "start": true}, "up": {"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.04}},
       "on": [{"entered": {"completed": "grip"}, "start": "up"}]}, {"do": "lin", "to": {"by_m": [0, 0.1, 0]}}]})");
   EXPECT_EQ(run(program,
-                [this](int, ProgramRunner&) {
+                [this](int, program::ProgramRunner&) {
                   if (!cell.fingers->written.empty()) cell.fingers->answer(device::GripperState::kIdle, 0.0);
                 }),
             Progress::kFailed);
@@ -145,9 +146,9 @@ TEST_F(LeftTransactionTest, D3_ASnapshotKnowsTheMotionThatWasLeft) {
   std::string steps = up_and_aside(kBlend);
   steps.replace(steps.find(R"({"do": "lin", "name": "aside")"), 0, R"({"do": "log", "text": "x"}, )");
   const Eigen::Vector3d from = tool();
-  const Program program = good(steps);
+  const program::Program program = good(steps);
   const std::string snapshot =
-      snapshot_when(program, [&](const ProgramRunner&) { return tool().z() - from.z() > 0.02; });
+      snapshot_when(program, [&](const program::ProgramRunner&) { return tool().z() - from.z() > 0.02; });
   ASSERT_THAT(snapshot, HasSubstr("\"open\""));
   const Eigen::Vector3d there = tool();
   ASSERT_EQ(go_on(program, snapshot), Progress::kDone) << diagnostics.to_string();
@@ -158,7 +159,7 @@ TEST_F(LeftTransactionTest, D3_ASnapshotKnowsTheMotionThatWasLeft) {
 TEST_F(LeftTransactionTest, AProgramInCppGoesOnWithACommand) {
   activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
   program.step();
-  const Actuator robot(program, "arm");
+  const app::Actuator robot(program, "arm");
   command::TransactionCommand both("both");
   const command::RuntimeCommand lit("lit", cell.lamp(), command::set_value(true));
   const command::RuntimeCommand up(
@@ -166,14 +167,14 @@ TEST_F(LeftTransactionTest, AProgramInCppGoesOnWithACommand) {
       command::lin(cell.moved(0, 0, 0.1), {.blend = {motion::Blend::Kind::kDistance, 0.04}}));
   both.add_started(lit).add(up);
   both.on_entered(lit.completed(), start(up));
-  const RunPtr first = program.schedule(command_activity(both));
-  const RunPtr next = robot.use<LinInterface>().lin(cell.moved(0, 0.1, 0.1)).schedule();
+  const activity::RunPtr first = program.schedule(activity::command_activity(both));
+  const activity::RunPtr next = robot.use<app::LinInterface>().lin(cell.moved(0, 0.1, 0.1)).schedule();
   for (int i = 0; i < 10'000 && !next->over(); ++i) program.step();
-  EXPECT_EQ(first->state(), RunState::kCompleted) << first->diagnostics().to_string();
-  EXPECT_EQ(next->state(), RunState::kCompleted) << next->diagnostics().to_string();
+  EXPECT_EQ(first->state(), activity::RunState::kCompleted) << first->diagnostics().to_string();
+  EXPECT_EQ(next->state(), activity::RunState::kCompleted) << next->diagnostics().to_string();
   EXPECT_TRUE(next->blended());
   EXPECT_TRUE(lamp());
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

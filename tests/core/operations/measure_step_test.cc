@@ -4,7 +4,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -72,7 +72,7 @@ TEST_F(MeasureTest, ATouchIsRecordedWhereItWasFelt) {
 }
 
 TEST_F(MeasureTest, TheWholeMeasurementFindsTheBlock) {
-  const Program program = good(kTouchAndFit);
+  const program::Program program = good(kTouchAndFit);
   for (const auto& [by, yaw] :
        {std::pair<Eigen::Vector3d, double>{{0.008, -0.006, 0.003}, 0.07}, {{-0.01, 0.009, -0.002}, -0.08}}) {
     displace(by, yaw);
@@ -95,10 +95,10 @@ TEST_F(MeasureTest, D2_LatencyChangesNoResult) {
     const Eigen::Isometry3d X_WN = *fresh.cell.frames.pose("block");
     fresh.X_WO_true =
         X_WN * Eigen::Translation3d(0.008, -0.006, 0.003) * Eigen::AngleAxisd(0.07, Eigen::Vector3d::UnitZ());
-    Variables known;
-    Context context{fresh.cell, fresh.core, known, cycles_of_latency, [](auto, auto, auto) {}};
-    const Program program = good(kTouchAndFit);
-    ProgramRunner runner(program, context);
+    activity::Variables known;
+    activity::Context context{fresh.cell, fresh.core, known, cycles_of_latency, [](auto, auto, auto) {}};
+    const program::Program program = good(kTouchAndFit);
+    program::ProgramRunner runner(program, context);
     int count = 0;
     while (runner.advance() == Progress::kRunning && ++count < 100'000) fresh.step();
     ASSERT_EQ(runner.progress(), Progress::kDone) << runner.diagnostics().to_string();
@@ -157,4 +157,4 @@ TEST_F(MeasureTest, AFitThatExplainsNothingFails) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -52,10 +52,10 @@ TEST_F(NetStepTest, ANetRunsToItsEndAndItsMonitorsAreKept) {
 
 TEST_F(NetStepTest, MonitorsAreShownAtTheirRateWhileTheNetRuns) {
   add_counting();
-  const Program program = good(R"({"do": "net", "net": "counting", "monitor_rate_Hz": 200})");
+  const program::Program program = good(R"({"do": "net", "net": "counting", "monitor_rate_Hz": 200})");
   std::vector<std::int64_t> shown;
   ASSERT_EQ(run(program,
-                [&](int, ProgramRunner&) {
+                [&](int, program::ProgramRunner&) {
                   const auto of_net = variables.monitors.find("counting");
                   if (of_net == variables.monitors.end() || of_net->second.at("counted") == "null") return;
                   const std::int64_t now = std::stoll(of_net->second.at("counted"));
@@ -110,4 +110,4 @@ TEST_F(NetStepTest, RehearsalVerifiesTheNet) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -5,7 +5,7 @@
 #include "tests/core/activity/pair_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -49,7 +49,7 @@ TEST_F(PairCommandTest, P5_BlendedMotionsAreOneAndKeepBothTogether) {
                 {"entered": {"action": "corner", "is": "error"}, "tell": "error"},
                 {"entered": {"actuator": "right", "is": "invalid_set_point"}, "tell": "nothing sent"}],
                 "capture": {"z": {"value": {"progress": "corner"}, "when": {"action": "corner", "via_passed": 0}}})"),
-                [&](int, ProgramRunner&) {
+                [&](int, program::ProgramRunner&) {
                   const Eigen::Vector3d way = tool() - from;
                   if (way.z() > 0.02 && way.y() < 0.08) stood = std::max(stood, speed("left") < 1e-4 ? 1.0 : 0.0);
                 }),
@@ -76,7 +76,7 @@ TEST_F(PairCommandTest, AHandlerThatCancelsStopsBothOnThePath) {
     ASSERT_EQ(run(tree(kCorner, fmt::format(R"(, "on": [{{"entered": {{"action": "corner", "at_path": {}}},
                   "cancel": "corner"}}], "capture": {{"end": {{"value": {{"progress": "corner"}}}}}})",
                                             share)),
-                  [&](int, ProgramRunner&) {
+                  [&](int, program::ProgramRunner&) {
                     const Eigen::Vector3d way = tool() - from;
                     EXPECT_LT(std::abs(way.x()), 1e-8) << "in the plane of the path";
                     if (way.z() < 0.07) {
@@ -99,8 +99,8 @@ TEST_F(PairCommandTest, AHandlerThatCancelsStopsBothOnThePath) {
 }
 
 TEST_F(PairCommandTest, L6_ACancelAtAnyCycleStopsBothOnThePath) {
-  const Program both_ways = good(tree(std::string(kCorner) + "," + lin("down", "0, -0.1, -0.1"),
-                                      R"(, "on": [{"entered": {"completed": "corner"}, "start": "down"}])"));
+  const program::Program both_ways = good(tree(std::string(kCorner) + "," + lin("down", "0, -0.1, -0.1"),
+                                               R"(, "on": [{"entered": {"completed": "corner"}, "start": "down"}])"));
   cancel_at_every(130, both_ways);
   expect_good_end();
 }
@@ -122,7 +122,7 @@ TEST_F(PairCommandTest, TheGraspIsTakenWhereACommandBegins) {
                                      {"entered": {"completed": "up"}, "start": "round"},
                                      {"entered": {"started": "up"}, "tell": "as one"}])") +
                     "," + both("last", "0, 0, -0.02", "") + "]}",
-                [&](int, ProgramRunner&) {
+                [&](int, program::ProgramRunner&) {
                   // Both stand to each other as they will: 50 and 20 mm up.
                   const double up_right = flange("right").translation().z() - tool().z();
                   if (std::abs(up_right - 0.03) > 1e-7) return;
@@ -146,7 +146,7 @@ TEST_F(PairCommandTest, GuardedByAForceTheyTouch) {
   const Eigen::Vector3d from = tool();
   ASSERT_EQ(
       run(sequence(tree(lin("up", "0, 0, 0.1", guarded)) + R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
-          [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 0.0); }),
+          [&](int, program::ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 0.0); }),
       Progress::kDone)
       << diagnostics.to_string();
   EXPECT_TRUE(variables.contacts.contains("c"));
@@ -165,8 +165,9 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
   const std::string first = both("up", "0, 0, 0.1", R"(, "velocity_m_s": 0.1, "blend_m": 0.02)" + unless(20));
   const std::string motions =
       R"("carry": {"do": "motions", "start": true, "steps": [)" + first + "," + both("aside", "0, 0.1, 0", "") + "]}";
-  ASSERT_EQ(run(tree(motions), [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.03 ? 30.0 : 5.0); }),
-            Progress::kFailed);
+  ASSERT_EQ(
+      run(tree(motions), [&](int, program::ProgramRunner&) { squeeze(tool().z() > from.z() + 0.03 ? 30.0 : 5.0); }),
+      Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/commands/carry/steps/0/abort_if"))
       << diagnostics.to_string();
   EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/commands/carry/steps/0/abort_if", {"abort_if"}));
@@ -174,8 +175,9 @@ TEST_F(PairCommandTest, AnInternalForceIsALimitThatFailsTheTransactionAtItsPlace
   EXPECT_LT(tool().z(), from.z() + 0.06);
   // The limit of a motion is none of the next one's.
   squeeze(0.0);
-  EXPECT_EQ(run(tree(motions), [&](int, ProgramRunner&) { squeeze(tool().y() > from.y() + 0.03 ? 30.0 : 5.0); }),
-            Progress::kDone)
+  EXPECT_EQ(
+      run(tree(motions), [&](int, program::ProgramRunner&) { squeeze(tool().y() > from.y() + 0.03 ? 30.0 : 5.0); }),
+      Progress::kDone)
       << diagnostics.to_string();
   expect_good_end();
 }
@@ -185,7 +187,7 @@ TEST_F(PairCommandTest, AnInternalForceIsAStateOfTheTransaction) {
   const Eigen::Vector3d from = tool();
   const std::string on = R"(, "on": [{"entered": )" + squeezed(20) + R"(, "cancel": "up", "tell": "squeezed"}])";
   ASSERT_EQ(run(tree(lin("up", "0, 0, 0.15", R"(, "start": true, "velocity_m_s": 0.1)"), on),
-                [&](int, ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 5.0); }),
+                [&](int, program::ProgramRunner&) { squeeze(tool().z() > from.z() + 0.05 ? 30.0 : 5.0); }),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_EQ(told("squeezed"), "1");
@@ -197,7 +199,7 @@ TEST_F(PairCommandTest, AnInternalForceIsAStateOfTheTransaction) {
 
 TEST_F(PairCommandTest, N3_ASilentSensorStopsThemAndIsTold) {
   ASSERT_EQ(run(tree(lin("up", "0, 0, 0.15", R"(, "start": true, "velocity_m_s": 0.1, "until": )" + squeezed(20))),
-                [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
+                [this](int cycle, program::ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
             Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/commands/up/until"));
   EXPECT_LT(apart, 1e-9);
@@ -264,10 +266,10 @@ TEST_F(PairCommandTest, TheRehearsalKnowsWhereBothEnd) {
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_LT((tool() - from).norm(), 1e-8);
-  const auto parsed = Program::parse(nlohmann::ordered_json::parse(tree(kCorner)), "/program", cell);
+  const auto parsed = program::Program::parse(nlohmann::ordered_json::parse(tree(kCorner)), "/program", cell);
   ASSERT_TRUE(parsed);
   EXPECT_GT(parsed->rehearse(cell, &core.environment()).duration, 0.3);
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

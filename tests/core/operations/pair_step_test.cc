@@ -5,7 +5,7 @@
 #include "tests/core/activity/pair_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -66,7 +66,7 @@ TEST_F(PairStepTest, WhatIsNoMotionOfTheSameTwoWaitsForTheEnd) {
   const auto at_its_begin = [&](const std::string& steps, const char* name) {
     double speed_then = -1.0;
     EXPECT_EQ(run(sequence(steps),
-                  [&](int, ProgramRunner& runner) {
+                  [&](int, program::ProgramRunner& runner) {
                     if (speed_then < 0.0 && runner.current() == name) speed_then = speed("left") + speed("right");
                   }),
               Progress::kDone)
@@ -101,18 +101,18 @@ TEST_F(PairStepTest, EveryProgramLatencyGivesARightProgram) {
 
 // Rows L6, P2: wherever they are cancelled, both come to rest on the path, together.
 TEST_F(PairStepTest, L6_ACancelAtAnyCycleStopsBothOnThePath) {
-  const Program tree = good(sequence(both("up", "0, 0, 0.06") + "," + kLog + both("aside", "0, 0.06, 0") + "," +
-                                     both("back", "0, -0.06, -0.06", "")));
+  const program::Program tree = good(sequence(both("up", "0, 0, 0.06") + "," + kLog + both("aside", "0, 0.06, 0") +
+                                              "," + both("back", "0, -0.06, -0.06", "")));
   cancel_at_every(70, tree);
   expect_good_end();
 }
 
 TEST_F(PairStepTest, P2_APauseStopsBothAndTheyGoOn) {
-  const Program tree = good(sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0", "")));
+  const program::Program tree = good(sequence(both("up", "0, 0, 0.08") + "," + kLog + both("last", "0, 0.08, 0", "")));
   const Eigen::Vector3d from = tool();
   double paused = -1.0;
   ASSERT_EQ(run(tree,
-                [&](int cycle, ProgramRunner&) {
+                [&](int cycle, program::ProgramRunner&) {
                   device::Channel& rate = *cell.channels.at("left.speed");
                   if (cycle == 250) (void)rate.write(0.0);
                   if (cycle == 700) paused = speed("left") + speed("right");
@@ -128,7 +128,7 @@ TEST_F(PairStepTest, P2_APauseStopsBothAndTheyGoOn) {
 }
 
 TEST_F(PairStepTest, AnInternalForceIsALimitThatFailsTheStep) {
-  const auto squeeze_later = [this](int cycle, ProgramRunner&) { squeeze(cycle > 300 ? 30.0 : 5.0); };
+  const auto squeeze_later = [this](int cycle, program::ProgramRunner&) { squeeze(cycle > 300 ? 30.0 : 5.0); };
   const Eigen::Vector3d from = tool();
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))), squeeze_later),
             Progress::kFailed);
@@ -149,7 +149,7 @@ TEST_F(PairStepTest, AnInternalForceIsHandledByATry) {
   ASSERT_EQ(run(R"({"do": "try", "steps": [)" + carry + R"(], "on_error": {"as": "why", "steps": [
                 {"do": "log", "text": "$'handled: ' + why"},)" +
                     both("down", "0, 0, -0.02", "") + "]}}",
-                [this](int cycle, ProgramRunner&) { squeeze(cycle > 300 && cycle < 900 ? 30.0 : 0.0); }),
+                [this](int cycle, program::ProgramRunner&) { squeeze(cycle > 300 && cycle < 900 ? 30.0 : 0.0); }),
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_THAT(log, Contains(testing::AllOf(HasSubstr("log handled: "), takt::test::Names("abort_if"))));
@@ -162,16 +162,16 @@ TEST_F(PairStepTest, AnInternalForceIsHandledByATry) {
 /// once it is over.
 TEST_F(PairStepTest, ALimitHoldsUntilItsMotionIsOverAndNoLonger) {
   const std::string first = both("up", "0, 0, 0.12", R"(, "velocity_m_s": 0.1, "blend_m": 0.02)" + unless(20));
-  const Program joined = good(sequence(first + "," + both("aside", "0, 0.1, 0", "")));
-  const Program apart_in_file = good(sequence(first + "," + kLog + both("aside", "0, 0.1, 0", "")));
-  for (const Program* tree : {&joined, &apart_in_file}) {
+  const program::Program joined = good(sequence(first + "," + both("aside", "0, 0.1, 0", "")));
+  const program::Program apart_in_file = good(sequence(first + "," + kLog + both("aside", "0, 0.1, 0", "")));
+  for (const program::Program* tree : {&joined, &apart_in_file}) {
     SCOPED_TRACE(tree == &joined ? "one net" : "taken over");
     for (const bool in_time : {true, false}) {
       SCOPED_TRACE(in_time);
       squeeze(0.0);
       log.clear();
       const Eigen::Vector3d from = tool();
-      const Progress progress = run(*tree, [&](int, ProgramRunner&) {
+      const Progress progress = run(*tree, [&](int, program::ProgramRunner&) {
         const Eigen::Vector3d way = tool() - from;
         squeeze((in_time ? way.z() > 0.09 : way.y() > 0.03) ? 30.0 : 0.0);
       });
@@ -188,7 +188,7 @@ TEST_F(PairStepTest, ALimitHoldsUntilItsMotionIsOverAndNoLonger) {
 
 TEST_F(PairStepTest, ASilentSensorIsNoForceAndStopsThem) {
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.15", R"(, "velocity_m_s": 0.1)" + unless(20))),
-                [this](int cycle, ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
+                [this](int cycle, program::ProgramRunner&) { wrists["right"]->silent = cycle > 300; }),
             Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/steps/0/abort_if"));
   EXPECT_LT(apart, 1e-9);
@@ -196,7 +196,7 @@ TEST_F(PairStepTest, ASilentSensorIsNoForceAndStopsThem) {
 }
 
 TEST_F(PairStepTest, GuardedByAForceTheyTouch) {
-  const auto touches = [this](int, ProgramRunner&) { squeeze(tool().z() > 0.0 ? 30.0 : 0.0); };
+  const auto touches = [this](int, program::ProgramRunner&) { squeeze(tool().z() > 0.0 ? 30.0 : 0.0); };
   const std::string guarded = R"(, "velocity_m_s": 0.05, "until": )" + squeezed(20);
   ASSERT_EQ(run(sequence(both("up", "0, 0, 0.1", guarded) + R"(, {"do": "record_contact", "arm": "left", "as": "c"})"),
                 touches),
@@ -213,15 +213,15 @@ TEST_F(PairStepTest, GuardedByAForceTheyTouch) {
 
 // Row D3: a pair motion that was left open is begun again, from where both are.
 TEST_F(PairStepTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
-  const Program tree = good(sequence(
+  const program::Program tree = good(sequence(
       R"({"do": "lin", "arm": "left", "follower": "right", "name": "up", "blend_m": 0.02,
           "to": {"in": "world", "position_m": [0.56, 0, 1.05]}},)" +
       std::string(kLog) +
       R"({"do": "lin", "arm": "left", "follower": "right", "name": "aside",
           "to": {"in": "world", "position_m": [0.56, 0.08, 1.05]}})"));
   const double half = 0.5 * (tool().z() + 1.05);
-  const std::string text =
-      snapshot_when(tree, [&](const ProgramRunner& runner) { return runner.current() == "up" && tool().z() >= half; });
+  const std::string text = snapshot_when(
+      tree, [&](const program::ProgramRunner& runner) { return runner.current() == "up" && tool().z() >= half; });
   ASSERT_THAT(text, HasSubstr("\"open\""));
   ASSERT_THAT(text, HasSubstr("\"follower\""));
   ASSERT_EQ(go_on(tree, text), Progress::kDone) << diagnostics.to_string();
@@ -294,4 +294,4 @@ TEST_F(PairStepTest, WhatTheFollowerCannotDoIsSeenBeforeAnythingMoves) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -14,7 +14,7 @@
 #include "core/operations/online/jog.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -24,8 +24,8 @@ using Json = nlohmann::ordered_json;
 using Type = ParameterInfo::Type;
 
 /// A cell of which only the names are known.
-command::Cell named_cell() {
-  command::Cell cell;
+expression::Cell named_cell() {
+  expression::Cell cell;
   cell.arms["robot"] = {};
   cell.sensors["wrist"] = {.arm = "robot"};
   return cell;
@@ -50,7 +50,7 @@ TEST(Operations, EveryKeyNamesItsUnit) {
   const std::set<std::string> exceptions{"seconds", "gain_m_s_per_N"};
   for (const ParameterInfo& one : all_parameters()) {
     if (one.unit.empty() || exceptions.contains(one.key)) continue;
-    EXPECT_TRUE(one.key.ends_with(key_suffix(one.unit))) << one.key << " is in " << one.unit;
+    EXPECT_TRUE(one.key.ends_with(net::key_suffix(one.unit))) << one.key << " is in " << one.unit;
   }
 }
 
@@ -91,11 +91,11 @@ TEST(Operations, ARegistrationIsChecked) {
 }
 
 TEST(ParameterTable, ReadsInTheUnitOfFilesAndKeepsSi) {
-  const command::Cell cell = named_cell();
+  const expression::Cell cell = named_cell();
   Diagnostics diagnostics;
   const Json json = Json::parse(R"({"do": "jog", "angular_max_deg_s": 90, "angular_deg_s": [0, 0, 180],
                                     "while": {"channel": "go"}})");
-  command::Cell with_channel = cell;
+  expression::Cell with_channel = cell;
   with_channel.channels["go"] = nullptr;
   ObjectReader reader(json, "", diagnostics);
   const JogParameters jog = jog_parameters().read(reader, with_channel);
@@ -107,7 +107,7 @@ TEST(ParameterTable, ReadsInTheUnitOfFilesAndKeepsSi) {
 }
 
 TEST(ParameterTable, AValueSetInCppIsRefusedLikeThatOfAFile) {
-  const command::Cell cell = named_cell();
+  const expression::Cell cell = named_cell();
   PressParameters press;
   press.force = 5000.0;
   press.travel = -0.1;
@@ -125,7 +125,7 @@ TEST(ParameterTable, AValueSetInCppIsRefusedLikeThatOfAFile) {
 }
 
 TEST(ParameterTable, DefaultsOfCppAreThoseOfFiles) {
-  const command::Cell cell = named_cell();
+  const expression::Cell cell = named_cell();
   const PressParameters in_cpp;
   Diagnostics diagnostics;
   const Json nothing = Json::object();
@@ -141,11 +141,11 @@ TEST(ParameterTable, DefaultsOfCppAreThoseOfFiles) {
 }
 
 TEST(ParameterTable, WhatIsWrittenIsReadBack) {
-  const command::Cell cell = named_cell();
+  const expression::Cell cell = named_cell();
   MotionTask motion;
   motion.velocity = 0.25;
   motion.linear_velocity = 0.1;
-  motion.blend = BlendingCondition::at_distance(0.02);
+  motion.blend = activity::BlendingCondition::at_distance(0.02);
   motion.weave.emplace().amplitude = 0.004;
   ParameterWriter writer;
   motion_parameters(PathKind::kLin).write(motion, writer);
@@ -176,7 +176,7 @@ TEST(UnitInOperation, ComesFromTheTableAndNotFromTheEndingOfTheKey) {
     const auto found = unit_in_operation(Json::parse(text), pointer);
     return found ? net::to_string(found->dimension) : std::string("any");
   };
-  const auto named = [](const char* text) { return net::to_string(file_unit(text).dimension); };
+  const auto named = [](const char* text) { return net::to_string(net::file_unit(text).dimension); };
   const char* lin = R"({"do": "lin"})";
   EXPECT_EQ(unit(lin, "/compliance/stiffness_N_m"), named("N/m"));
   EXPECT_EQ(unit(lin, "/compliance/stiffness_N_m/2"), named("N/m"));
@@ -211,4 +211,4 @@ TEST(MotionNotes, ANoteWithoutANumberIsOfTheFirstMotion) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -27,7 +27,7 @@
 #include "tests/core/command/command_cell.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -37,10 +37,10 @@ using Made = Result<std::unique_ptr<OperationCommand>>;
 
 /// Parameters of a program, as its interfaces take them.
 template <class P>
-std::function<Made(const command::Cell&)> program(const ParameterTable<P>& (*table)(),
-                                                  std::unique_ptr<OperationCommand> (*make)(const P&),
-                                                  const P& parameters) {
-  return [=](const command::Cell& cell) -> Made {
+std::function<Made(const expression::Cell&)> program(const ParameterTable<P>& (*table)(),
+                                                     std::unique_ptr<OperationCommand> (*make)(const P&),
+                                                     const P& parameters) {
+  return [=](const expression::Cell& cell) -> Made {
     auto accepted = table().accept(parameters, cell);
     if (!accepted) return std::unexpected(accepted.error());
     return make(*accepted);
@@ -51,13 +51,13 @@ std::function<Made(const command::Cell&)> program(const ParameterTable<P>& (*tab
 struct Pair {
   const char* operation;
   std::string file;
-  std::function<Made(const command::Cell&)> in_cpp;
+  std::function<Made(const expression::Cell&)> in_cpp;
 };
 
 /// @param p_B  of the tool, m
 std::vector<Pair> good_pairs(const Eigen::Vector3d& p_B) {
-  command::Condition button;
-  button.kind = command::Condition::Kind::kDigital;
+  expression::Condition button;
+  button.kind = expression::Condition::Kind::kDigital;
   button.device = "button";
   const Eigen::Vector3d down(0, 0, -1);
   return {
@@ -133,10 +133,10 @@ class Parity : public ::testing::Test {
   std::string net_of(OperationCommand& command) {
     command.name = "operation";
     Diagnostics notes;
-    const command::Biases untared;
+    const expression::Biases untared;
     const CommandBuilder tree(command, {.cell = cell.cell, .biases = untared, .notes = notes});
     command::Command made = tree.command();
-    command::Places places{{"arm", cell.q()}};
+    expression::Places places{{"arm", cell.q()}};
     const Diagnostics unplanned = command::plan(made, places);
     EXPECT_FALSE(unplanned.has_errors()) << unplanned.to_string();
     const auto mapped = command::map(made);
@@ -197,7 +197,7 @@ TEST_F(Parity, MotionsHaveTheSameParameters) {
               MotionTask{{.velocity = 0.5,
                           .acceleration = 0.9,
                           .linear_velocity = 0.1,
-                          .blend = BlendingCondition::at_distance(0.02),
+                          .blend = activity::BlendingCondition::at_distance(0.02),
                           .force_offset = ForceOffsetParameters{.direction = {0, 0, 2}, .reach = 0.01, .force = 8.0}}},
               cell.cell);
   ASSERT_TRUE(in_cpp) << in_cpp.error().to_string();
@@ -219,7 +219,7 @@ TEST_F(Parity, MistakesOfMotionsAreTheSame) {
   const auto in_cpp =
       motion_parameters(PathKind::kPtp)
           .accept(MotionTask{{.velocity = 2.0,
-                              .blend = BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, 0.9}),
+                              .blend = activity::BlendingCondition(motion::Blend{motion::Blend::Kind::kFraction, 0.9}),
                               .weave = command::WeaveParameters{.amplitude = 0.01, .frequency = 1.0}}},
                   cell.cell);
   ASSERT_FALSE(in_cpp);
@@ -258,22 +258,23 @@ TEST_F(Parity, MovesHaveTheSameParametersAndTheSameMistakes) {
 
 TEST_F(Parity, AnActuatorPerformsAnyOperation) {
   activity::Runtime program(cell.core, cell.cell, [this] { cell.step(); });
-  const Actuator robot(program, "arm");
-  const RunPtr run = robot.perform(PressParameters{.force = -1.0}).schedule();
+  const app::Actuator robot(program, "arm");
+  const activity::RunPtr run = robot.perform(PressParameters{.force = -1.0}).schedule();
   for (int i = 0; i < 5 && !run->over(); ++i) program.step();
-  ASSERT_EQ(run->state(), RunState::kFailed);
+  ASSERT_EQ(run->state(), activity::RunState::kFailed);
   EXPECT_THAT(run->diagnostics(), Reports(Code::kOutOfRange, "/press arm/force_N"));
 }
 
 /// A program that closes the gripper, whose fingers then report this.
 class GripInCpp : public Parity {
  protected:
-  RunPtr close(const GripParameters& parameters, device::GripperState state, double width) {
-    const RunPtr run = Actuator(program, "gripper").use<GrippingInterface>().close(parameters).schedule();
+  activity::RunPtr close(const GripParameters& parameters, device::GripperState state, double width) {
+    const activity::RunPtr run =
+        app::Actuator(program, "gripper").use<app::GrippingInterface>().close(parameters).schedule();
     follow(run, state, width);
     return run;
   }
-  void follow(const RunPtr& run, device::GripperState state, double width) {
+  void follow(const activity::RunPtr& run, device::GripperState state, double width) {
     for (int i = 0; i < 2000 && !run->over(); ++i) {
       if (!cell.fingers->written.empty()) cell.fingers->answer(state, width);
       program.step();
@@ -286,41 +287,42 @@ class GripInCpp : public Parity {
 };
 
 TEST_F(GripInCpp, WhatIsExpectedAndNotThereIsAFailureAsInAFile) {
-  const RunPtr empty = close({}, device::GripperState::kIdle, 0.0);
-  ASSERT_EQ(empty->state(), RunState::kFailed);
-  EXPECT_EQ(empty->failure(), RunFailure::kAborted);
+  const activity::RunPtr empty = close({}, device::GripperState::kIdle, 0.0);
+  ASSERT_EQ(empty->state(), activity::RunState::kFailed);
+  EXPECT_EQ(empty->failure(), activity::RunFailure::kAborted);
   EXPECT_EQ(empty->diagnostics().list().front().code, Code::kConditionNotMet) << empty->diagnostics().to_string();
-  const RunPtr any = close({.expect = GripParameters::Expect::kAny}, device::GripperState::kIdle, 0.0);
-  EXPECT_EQ(any->state(), RunState::kCompleted) << any->diagnostics().to_string();
-  const RunPtr held = close({.expect = GripParameters::Expect::kNothing}, device::GripperState::kHolding, 0.05);
-  EXPECT_EQ(held->state(), RunState::kFailed);
+  const activity::RunPtr any = close({.expect = GripParameters::Expect::kAny}, device::GripperState::kIdle, 0.0);
+  EXPECT_EQ(any->state(), activity::RunState::kCompleted) << any->diagnostics().to_string();
+  const activity::RunPtr held =
+      close({.expect = GripParameters::Expect::kNothing}, device::GripperState::kHolding, 0.05);
+  EXPECT_EQ(held->state(), activity::RunState::kFailed);
 }
 
 TEST_F(GripInCpp, ThePartGoesWithTheArmUntilTheGripperOpens) {
   program.step();
   cell.cell.objects.try_emplace("block");
   const double before = cell.core_arm().tool().payload.mass;
-  const RunPtr grip = close({.part = "block", .part_mass = 0.7}, device::GripperState::kHolding, 0.05);
-  ASSERT_EQ(grip->state(), RunState::kCompleted) << grip->diagnostics().to_string();
+  const activity::RunPtr grip = close({.part = "block", .part_mass = 0.7}, device::GripperState::kHolding, 0.05);
+  ASSERT_EQ(grip->state(), activity::RunState::kCompleted) << grip->diagnostics().to_string();
   EXPECT_NEAR(cell.core_arm().tool().payload.mass, before + 0.7, 1e-12);
   ASSERT_TRUE(cell.cell.held.contains("gripper"));
-  const Actuator robot(program, "arm");
-  robot.use<LinInterface>().lin_by({0, 0, 0.05}).execute();
-  const RunPtr open = Actuator(program, "gripper").use<GrippingInterface>().open().schedule();
+  const app::Actuator robot(program, "arm");
+  robot.use<app::LinInterface>().lin_by({0, 0, 0.05}).execute();
+  const activity::RunPtr open = app::Actuator(program, "gripper").use<app::GrippingInterface>().open().schedule();
   follow(open, device::GripperState::kIdle, 0.11);
-  ASSERT_EQ(open->state(), RunState::kCompleted) << open->diagnostics().to_string();
+  ASSERT_EQ(open->state(), activity::RunState::kCompleted) << open->diagnostics().to_string();
   EXPECT_NEAR(cell.core_arm().tool().payload.mass, before, 1e-12);
   EXPECT_FALSE(cell.cell.held.contains("gripper"));
 }
 
 TEST_F(GripInCpp, APressThatTouchesNothingIsAFailureAsInAFile) {
   program.step();
-  const RunPtr run = Actuator(program, "arm")
-                         .use<ForceInterface>()
-                         .press({.direction = {0, 0, 1}, .in = "arm", .travel = 0.002})
-                         .schedule();
+  const activity::RunPtr run = app::Actuator(program, "arm")
+                                   .use<app::ForceInterface>()
+                                   .press({.direction = {0, 0, 1}, .in = "arm", .travel = 0.002})
+                                   .schedule();
   for (int i = 0; i < 20'000 && !run->over(); ++i) program.step();
-  ASSERT_EQ(run->state(), RunState::kFailed);
+  ASSERT_EQ(run->state(), activity::RunState::kFailed);
   EXPECT_EQ(run->diagnostics().list().front().code, Code::kConditionNotMet) << run->diagnostics().to_string();
 }
 
@@ -356,4 +358,4 @@ TEST_F(Parity, EveryOperationHasAFormInCpp) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -8,13 +8,14 @@
 #include "core/operations/force/pressing.h"
 #include "tests/core/activity/fixture.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 class PressOutcomeTest : public test::ActivityTest {
  protected:
   /// From above the block, tared. @param at_cycle  called before each cycle of the press, with its number
-  RunPtr press(PressParameters parameters, const std::function<void(int, ActivityRun&)>& at_cycle = {}) {
+  activity::RunPtr press(PressParameters parameters,
+                         const std::function<void(int, activity::ActivityRun&)>& at_cycle = {}) {
     EXPECT_EQ(ActivityTest::run(sequence(R"({"do": "ptp", "to": {"in": "block", "position_m": [0, 0, 0.034],
                                              "rpy_deg": [180, 0, 0]}}, {"do": "tare", "cycles": 20})")),
               Progress::kDone);
@@ -22,56 +23,57 @@ class PressOutcomeTest : public test::ActivityTest {
     parameters.in = "block";
     parameters.force = 20.0;
     parameters.approach = 0.001;
-    const RunPtr run = Actuator(program_, "arm").use<ForceInterface>().press(parameters).schedule();
+    const activity::RunPtr run = app::Actuator(program_, "arm").use<app::ForceInterface>().press(parameters).schedule();
     for (int i = 0; i < 30'000 && !run->over(); ++i) {
       if (at_cycle) at_cycle(i, *run);
       program_.step();
     }
     return run;
   }
-  void expect_failed(const RunPtr& run, PressOutcome outcome) {
-    EXPECT_EQ(run->state(), RunState::kFailed);
+  void expect_failed(const activity::RunPtr& run, PressOutcome outcome) {
+    EXPECT_EQ(run->state(), activity::RunState::kFailed);
     EXPECT_EQ(name_of(press_outcome(*run)), name_of(outcome)) << run->diagnostics().to_string();
     program_.step();
     EXPECT_EQ(press_outcome(*run), outcome) << "also once the core has forgotten its net";
   }
 
  private:
-  Runtime program_{fake.core, fake.cell, [this] { fake.step(); }, {.variables = &variables}};
+  activity::Runtime program_{fake.core, fake.cell, [this] { fake.step(); }, {.variables = &variables}};
 };
 
 constexpr int kTouching = 8000;  ///< cycles after which the tool is on the block for sure
 
 TEST_F(PressOutcomeTest, HeldForAsLongAsWasAsked) {
-  const RunPtr run = press({.seconds = 0.2});
-  EXPECT_EQ(run->state(), RunState::kCompleted) << run->diagnostics().to_string();
+  const activity::RunPtr run = press({.seconds = 0.2});
+  EXPECT_EQ(run->state(), activity::RunState::kCompleted) << run->diagnostics().to_string();
   EXPECT_EQ(press_outcome(*run), PressOutcome::kHeld);
 }
 
 TEST_F(PressOutcomeTest, NothingIsThereToTouch) { expect_failed(press({.travel = 0.002}), PressOutcome::kNotTouched); }
 
 TEST_F(PressOutcomeTest, TheSensorIsSilent) {
-  expect_failed(press({.seconds = 20.0}, [this](int cycle, ActivityRun&) { fake.sensor->silent = cycle > 300; }),
-                PressOutcome::kSensorSilent);
+  expect_failed(
+      press({.seconds = 20.0}, [this](int cycle, activity::ActivityRun&) { fake.sensor->silent = cycle > 300; }),
+      PressOutcome::kSensorSilent);
 }
 
 TEST_F(PressOutcomeTest, TheForceAcrossTheDirectionIsTooLarge) {
   expect_failed(press({.seconds = 20.0, .lateral = 3.0},
-                      [this](int cycle, ActivityRun&) { fake.extra.force.x() = cycle > 300 ? 6.0 : 0.0; }),
+                      [this](int cycle, activity::ActivityRun&) { fake.extra.force.x() = cycle > 300 ? 6.0 : 0.0; }),
                 PressOutcome::kPushedSideways);
 }
 
 TEST_F(PressOutcomeTest, TheToolGoesDeeperThanExpected) {
   expect_failed(press({.seconds = 20.0, .depth = 1e-3},
-                      [this](int cycle, ActivityRun&) {
+                      [this](int cycle, activity::ActivityRun&) {
                         if (cycle > kTouching) fake.X_WO_true.translation().z() -= 2e-6;
                       }),
                 PressOutcome::kDeeper);
 }
 
 TEST_F(PressOutcomeTest, ItsAbortConditionBecomesTrue) {
-  const command::State slow = is_less(command::channel<net::Real>(fake.cell, "override"), 0.5);
-  const RunPtr run = press({.seconds = 20.0, .abort_if = slow}, [this](int cycle, ActivityRun&) {
+  const expression::State slow = is_less(expression::channel<net::Real>(fake.cell, "override"), 0.5);
+  const activity::RunPtr run = press({.seconds = 20.0, .abort_if = slow}, [this](int cycle, activity::ActivityRun&) {
     if (cycle == 300) (void)fake.speed->write(net::Real{0.4});
   });
   EXPECT_EQ(run->diagnostics().list().front().code, Code::kAbortCondition);
@@ -79,13 +81,13 @@ TEST_F(PressOutcomeTest, ItsAbortConditionBecomesTrue) {
 }
 
 TEST_F(PressOutcomeTest, ACancelInterruptsItAndAStopReactionStopsIt) {
-  const RunPtr cancelled = press({.seconds = 20.0}, [](int cycle, ActivityRun& run) {
+  const activity::RunPtr cancelled = press({.seconds = 20.0}, [](int cycle, activity::ActivityRun& run) {
     if (cycle == 300) run.cancel();
   });
-  EXPECT_EQ(cancelled->state(), RunState::kCancelled);
+  EXPECT_EQ(cancelled->state(), activity::RunState::kCancelled);
   EXPECT_EQ(press_outcome(*cancelled), PressOutcome::kInterrupted);
   expect_failed(press({.seconds = 20.0},
-                      [](int cycle, ActivityRun& run) {
+                      [](int cycle, activity::ActivityRun& run) {
                         if (cycle == 300) run.abort();
                       }),
                 PressOutcome::kStopped);
@@ -96,4 +98,4 @@ TEST_F(PressOutcomeTest, OneThatCannotBeginIsStopped) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -12,7 +12,7 @@
 
 #include "core/operations/table/operation.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -78,4 +78,4 @@ TEST(Operations, ObjectsInTheSchemaAllowWhatTheirTablesAllow) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -3,21 +3,21 @@
 
 #include <gtest/gtest.h>
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 /// Two probes with the same tool centre point; the second one's stylus gives way.
-command::Cell two_probes() {
-  command::Cell cell;
+expression::Cell two_probes() {
+  expression::Cell cell;
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
   X_FT.translation().z() = 0.1;
-  command::MountedTool stiff{.arm = "arm", .X_FT = {{std::string(command::MountedTool::kOwnTcp), X_FT}}};
+  expression::MountedTool stiff{.arm = "arm", .X_FT = {{std::string(expression::MountedTool::kOwnTcp), X_FT}}};
   stiff.tip.ball_radius = 0.005;
-  command::MountedTool sprung = stiff;
+  expression::MountedTool sprung = stiff;
   sprung.tip.compliance_T.z() = 1e-4;
   cell.tools["stiff"] = stiff;
   cell.tools["sprung"] = sprung;
-  command::MountedArm arm;
+  expression::MountedArm arm;
   arm.X_FT = X_FT;
   arm.tip = stiff.tip;
   arm.tool_name = "stiff";
@@ -26,7 +26,7 @@ command::Cell two_probes() {
 }
 
 TEST(ToolChoice, AToolThatOnlyGivesWayDifferentlyIsAnotherOne) {
-  command::Cell cell = two_probes();
+  expression::Cell cell = two_probes();
   const ArmTools stiff{{.arm = "arm", .choice = {}, .pointer = {}}};
   const ArmTools sprung{{.arm = "arm", .choice = {.tool = "sprung"}, .pointer = {}}};
   EXPECT_FALSE(changes_tool(cell, stiff));
@@ -38,4 +38,4 @@ TEST(ToolChoice, AToolThatOnlyGivesWayDifferentlyIsAnotherOne) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

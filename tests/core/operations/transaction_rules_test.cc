@@ -2,7 +2,7 @@
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Reports;
@@ -173,4 +173,4 @@ TEST_F(TransactionRulesTest, TheFormIsTold) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

@@ -7,7 +7,7 @@
 #include "tests/support/reports.h"
 #include "tests/support/tool_oracle.h"
 
-namespace takt::activity {
+namespace takt::operations {
 namespace {
 
 using takt::test::Notes;
@@ -76,8 +76,8 @@ class WeaveStepTest : public test::ActivityTest {
 };
 
 TEST_F(WeaveStepTest, ASeamWithOneWeaveNeverStopsInItsCorners) {
-  const Program program = good(sequence(seam(kWeave, kWeave, kWeave)));
-  const Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
+  const program::Program program = good(sequence(seam(kWeave, kWeave, kWeave)));
+  const program::Rehearsed rehearsal = program.rehearse(fake.cell, &fake.core.environment());
   EXPECT_EQ(rehearsal.diagnostics.to_string(), "");
   ASSERT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(begun(), ElementsAre("to", "one", "two", "three"));
@@ -117,24 +117,24 @@ TEST_F(WeaveStepTest, IntoItAndOutOfItByMotionsOfJoints) {
 
 // Rows L6, P2.
 TEST_F(WeaveStepTest, L6_P2_CancelAtEveryTenthCycleLeavesTheArmAtRestInsideItsLimits) {
-  const Program program = good(sequence(seam(kWeave, "", kOther)));
+  const program::Program program = good(sequence(seam(kWeave, "", kOther)));
   cancel_at_every_tenth_cycle(program);
 }
 
 // Row D3: the steps that became one motion are begun again from where the arm is.
 TEST_F(WeaveStepTest, D3_ASnapshotInASeamBeginsItAgain) {
-  const Program program = good(sequence(seam(kWeave, kWeave, kOther)));
+  const program::Program program = good(sequence(seam(kWeave, kWeave, kOther)));
   std::string text;
   ASSERT_EQ(run(program,
-                [&](int, ProgramRunner& runner) {
+                [&](int, program::ProgramRunner& runner) {
                   if (!text.empty() || runner.current() != "two" || tool_in_block(fake.q()).x() > -0.03) return;
                   text = runner.snapshot().dump();
                   runner.cancel();
                 }),
             Progress::kDone);
   ASSERT_FALSE(text.empty());
-  Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
-  ProgramRunner runner(program, context);
+  activity::Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
+  program::ProgramRunner runner(program, context);
   const Diagnostics found = runner.restore(test::Json::parse(text));
   ASSERT_TRUE(found.empty()) << found.to_string();
   fake.backend->sent.clear();
@@ -146,9 +146,9 @@ TEST_F(WeaveStepTest, D3_ASnapshotInASeamBeginsItAgain) {
 }
 
 TEST_F(WeaveStepTest, P2_PausedAndSlowedAnywhereItGoesOnWhereItWas) {
-  const Program program = good(sequence(seam(kWeave, kWeave, kOther)));
+  const program::Program program = good(sequence(seam(kWeave, kWeave, kOther)));
   ASSERT_EQ(run(program,
-                [this](int cycle, ProgramRunner&) {
+                [this](int cycle, program::ProgramRunner&) {
                   (void)fake.speed->write(cycle % 700 < 200 ? 0.0 : cycle % 1100 < 500 ? 0.4 : 1.0);
                 }),
             Progress::kDone)
@@ -186,9 +186,9 @@ TEST_F(WeaveStepTest, WhereTheRunDecidesWhatComesNextItBeginsAndEndsAtRest) {
 
 TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
   const std::string unless = R"(, "abort_if": {"sensor": "wrist", "above_N": 30})";
-  const Program program = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave + unless, kWeave)));
+  const program::Program program = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave + unless, kWeave)));
   const auto push_at = [&](double x) {
-    return run(program, [this, x](int, ProgramRunner&) {
+    return run(program, [this, x](int, program::ProgramRunner&) {
       const Eigen::Vector3d p = tool_in_block(fake.q());
       const bool there = p.y() > 0.029 && std::abs(p.x() - x) < 0.003;
       fake.extra.force = there || (x > 0 && std::abs(p.x()) < 1e-6 && p.y() > -0.01 && p.y() < 0.01)
@@ -201,10 +201,10 @@ TEST_F(WeaveStepTest, ConditionsCountWhereTheirMotionIsDone) {
   EXPECT_THAT(diagnostics, Reports(Code::kAbortCondition, "/program/steps/2", {"two", "abort_if"}));
   EXPECT_TRUE(fake.core_arm().at_rest());
   const std::string until = R"(, "until": {"sensor": "wrist", "above_N": 30}, "on_end": "continue")";
-  const Program guarded = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave, kWeave + until)));
+  const program::Program guarded = good(sequence(R"({"do": "tare"},)" + seam(kWeave, kWeave, kWeave + until)));
   fake.extra.force.setZero();
   EXPECT_EQ(run(guarded,
-                [this](int, ProgramRunner&) {
+                [this](int, program::ProgramRunner&) {
                   const Eigen::Vector3d p = tool_in_block(fake.q());
                   fake.extra.force =
                       p.x() < -0.0599 && p.y() < 0.0 ? Eigen::Vector3d(0, 0, 60) : Eigen::Vector3d::Zero();
@@ -258,9 +258,10 @@ TEST_F(WeaveStepTest, AForceOffsetGoesOnThroughItsCornersAndMayBeginInOne) {
                                lin("one", kFirst, offset(5) + kBlend) + "," + lin("two", kSecond, "") + "]}}}")),
               ElementsAre("/program/steps/1/commands/m/steps/1/force_offset"));
   // A sensor that does not answer stops the arm only where the force is wanted.
-  const Program late = good(sequence(tare + seam("", "", offset(5))));
-  EXPECT_EQ(run(late, [this](int, ProgramRunner&) { fake.sensor->silent = tool_in_block(fake.q()).x() < -0.05; }),
-            Progress::kFailed);
+  const program::Program late = good(sequence(tare + seam("", "", offset(5))));
+  EXPECT_EQ(
+      run(late, [this](int, program::ProgramRunner&) { fake.sensor->silent = tool_in_block(fake.q()).x() < -0.05; }),
+      Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/steps/2", {"three", "wrist"}));
   EXPECT_TRUE(fake.core_arm().at_rest());
 }
@@ -289,4 +290,4 @@ TEST_F(WeaveStepTest, AsMotionsOfATransactionItIsTheSame) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::operations

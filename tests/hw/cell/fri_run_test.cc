@@ -1,6 +1,7 @@
 // Scenarios on an arm behind a driver, with the emulated controller in the process: the simulated run again, later by
 // the delay, and the same bits for the same seed.
 #include <algorithm>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "core/base/json.h"
 #include "hw/drivers.h"
 #include "tests/support/reports.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::cell {
 namespace {
@@ -122,6 +124,35 @@ TEST(FriRun, TheSameSeedGivesTheSameDigestOverABadWire) {
   EXPECT_NE(a.report.digest, c.report.digest);
 }
 
+/// Of the device, in the report of a run.
+DeviceTiming timing_of(const Driven& driven, std::string_view device) {
+  const auto& devices = driven.report.site.devices;
+  const auto found = std::ranges::find(devices, device, &DeviceTiming::device);
+  EXPECT_NE(found, devices.end()) << device;
+  return found == devices.end() ? DeviceTiming{} : *found;
+}
+
+TEST(FriRun, TheReportCountsWhatTheWireDidToSamples) {
+  const Driven good = run(kTouch, {"arm=fri"}), bad = run(kTouch, {"arm=fri:virtual,loss=5%,repeat=2%,drift=80ppm"});
+  EXPECT_EQ(timing_of(good, "arm").lost, 0u);
+  EXPECT_EQ(timing_of(good, "arm").repeated, 0u);
+  const DeviceTiming arm = timing_of(bad, "arm");
+  EXPECT_GT(arm.lost, 10u);
+  EXPECT_GT(arm.repeated, 3u);
+  EXPECT_NEAR(arm.drift_ppm, 80.0, 40.0);
+  EXPECT_EQ(timing_of(bad, "wrist").lost, 0u) << "simulated";
+}
+
+TEST(FriRun, StatesOnTheWayUpAreNoErrors) {
+  const Driven fri = run(kTouch, {"arm=fri"});
+  ASSERT_EQ(fri.report.verdict, Verdict::kPassed) << fri.report.diagnostics.to_string();
+  for (const LogEntry& entry : fri.report.log) {
+    EXPECT_LT(entry.level, LogLevel::kWarning) << to_text(entry);
+    EXPECT_NE(entry.name, "recovered") << "there was no fault";
+  }
+  EXPECT_TRUE(std::ranges::any_of(fri.report.log, [](const LogEntry& entry) { return entry.name == "starting"; }));
+}
+
 TEST(FriRun, AnArmOfSixJointsAndADeviceThatIsNoArmAreRefused) {
   hw::add_own_drivers();
   Site site;
@@ -179,6 +210,24 @@ TEST(FriSite, AddressesAndKeysOfTheCommandLineAreThoseOfASiteFile) {
   EXPECT_THAT(bind(site, "arm=fri:virtual,colour=red"), Reports(Code::kUnknownKey, "--backend/colour", {"colour"}));
 }
 
+TEST(RtdeSite, WhatIsInstalledOnAnEmulatedControllerIsCheckedWhenItIsRead) {
+  hw::add_own_drivers();
+  Site site;
+  const takt::test::ScratchFolder folder("programs");
+  const std::string programs =
+      "arm=rtde:127.0.0.2,series=e,remote_control=false,external_control=127.0.0.1:50010,programs=";
+  EXPECT_THAT(cell::bind(site, programs + folder.path().string()),
+              Reports(Code::kNotFound, "--backend/programs", {".script"}));
+  std::ofstream(folder / "wave.script") << "def wave():\nend\n";
+  EXPECT_TRUE(cell::bind(site, programs + folder.path().string()).empty());
+  EXPECT_THAT(cell::bind(site, programs + "/nowhere"),
+              Reports(Code::kFileNotReadable, "--backend/programs", {"/nowhere"}));
+  EXPECT_THAT(cell::bind(site, "arm=rtde:virtual,remote_control=false"),
+              Reports(Code::kIncompatible, "--backend/remote_control", {"CB3"}));
+  EXPECT_THAT(cell::bind(site, "arm=rtde:virtual,external_control=robot"),
+              Reports(Code::kInvalidValue, "--backend/external_control", {"robot"}));
+}
+
 /// The schema of site files, and whether it and the reader are of one opinion about a device.
 class SiteSchema {
  public:
@@ -229,6 +278,8 @@ TEST(SiteSchema, KnowsEveryKindOfBackEnd) {
 
 TEST(SiteSchema, AgreesWithTheReaderOfEachDriver) {
   SiteSchema schema;
+  const takt::test::ScratchFolder programs("programs");
+  std::ofstream(programs / "wave.script") << "def wave():\nend\n";
   schema.spoil_each_key_of({{"backend", "fri"},
                             {"address", "192.0.2.1:49938"},
                             {"emulated", false},
@@ -255,6 +306,9 @@ TEST(SiteSchema, AgreesWithTheReaderOfEachDriver) {
                             {"lookahead_s", 0.05},
                             {"gain", 500},
                             {"power_on", true},
+                            {"remote_control", false},
+                            {"external_control", "192.0.2.2:50010"},
+                            {"programs", programs.path().string()},
                             {"margin_ms", 2.5},
                             {"transport_ms", 0.2},
                             {"jitter_ms", 0.2}});

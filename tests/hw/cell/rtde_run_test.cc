@@ -8,6 +8,7 @@
 
 #include "cell/run/session.h"
 #include "hw/drivers.h"
+#include "tests/support/reports.h"
 
 namespace takt::cell {
 namespace {
@@ -92,6 +93,18 @@ TEST(RtdeRun, TheSameSeedGivesTheSameDigest) {
   const UrRun a = run_ur({"arm=rtde:virtual,jitter=1ms"}), b = run_ur({"arm=rtde:virtual,jitter=1ms"});
   ASSERT_EQ(a.report.verdict, Verdict::kPassed) << a.report.diagnostics.to_string();
   EXPECT_EQ(a.report.digest, b.report.digest);
+}
+
+TEST(RtdeRun, StatesOnTheWayUpAreNoErrors) {
+  const UrRun run = run_ur({"arm=rtde"});
+  ASSERT_EQ(run.report.verdict, Verdict::kPassed) << run.report.diagnostics.to_string();
+  for (const LogEntry& entry : run.report.log) EXPECT_LT(entry.level, LogLevel::kWarning) << to_text(entry);
+}
+
+TEST(RtdeRun, TheVerdictSaysWhatTheDriverRefusedAndWhy) {
+  const UrRun run = run_ur({"arm=rtde:virtual,robot=UR10"});
+  EXPECT_EQ(run.report.verdict, Verdict::kError);
+  EXPECT_THAT(run.report.diagnostics, takt::test::Reports(Code::kDeviceFault, "", {"arm", "UR5", "UR10"}));
 }
 
 /// The arm stops while nothing holds it; `faults` say what else happens before it is to move.

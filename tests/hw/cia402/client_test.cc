@@ -171,6 +171,23 @@ TEST_F(Cia402Drives, ADriveThatStartsAnewIsSetUpAnewAndWaitsForAReset) {
   expect_nothing_moves_until_reset();
 }
 
+TEST_F(Cia402Drives, BrakesThatADriveClosedOpenWhenItIsSwitchedOnAgain) {
+  int opened = 0;
+  twin().emulator().set_brakes({}, [&] {
+    ++opened;
+    rig.arm->state().ready = true;
+  });
+  move();
+  node(2).take(nmt_frame(NmtCommand::kResetNode, static_cast<NodeId>(3)), k * kPeriod);
+  ASSERT_TRUE(until([this] { return arm.lost(); }, 200));
+  EXPECT_GE(rig.arm->brakes, 1);
+  cycles(500);
+  EXPECT_EQ(opened, 0) << "nobody has switched the drives on";
+  twin().reset();
+  EXPECT_TRUE(becomes_ready()) << arm.fault_text();
+  EXPECT_EQ(opened, 1);
+}
+
 TEST_F(Cia402Drives, WithoutPowerTheyAreInFaultAndAResetNeedsPower) {
   move();
   rig.arm->state().ready = false;

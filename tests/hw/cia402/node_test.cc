@@ -91,6 +91,12 @@ TEST_F(Cia402Node, AnswersWhatItIsAskedAndNothingElse) {
   EXPECT_EQ(sdo_answer(sent[0])->value, code(SdoAbort::kUnknownCommand));
 }
 
+TEST_F(Cia402Node, TellsWhereItIsBeforeAnyProcessDataRun) {
+  node.drive().measure({.q = 0.5}, 0.0, true);
+  EXPECT_NEAR(static_cast<std::int32_t>(read(kPosition).value), 0.5 * 100.0 * (1u << 20) / (2.0 * 3.14159265358979),
+              1.0);
+}
+
 TEST_F(Cia402Node, RefusesWhatIsNotWrittenLikeThat) {
   EXPECT_EQ(write(kStatusWord, 2, 1), code(SdoAbort::kNotWritable));
   EXPECT_EQ(write(kDeviceType, 4, 1), code(SdoAbort::kNotWritable));
@@ -135,6 +141,63 @@ TEST_F(Cia402Node, AShortMessageIsNone) {
     node.take(sync_frame(), now);
   }
   EXPECT_EQ(node.objects().value(kErrorCode), kErrorOutputsMissing);
+}
+
+// The target comes from the message that maps 607Ah, whichever it is; the other need not exist.
+class Cia402Target : public Cia402Node, public testing::WithParamInterface<std::uint16_t> {};
+
+TEST_P(Cia402Target, OneMessageOfOutputsIsEnough) {
+  const std::uint16_t number = GetParam();
+  const auto mapping = static_cast<std::uint16_t>(0x1600 + number),
+             parameters = static_cast<std::uint16_t>(0x1400 + number);
+  constexpr std::uint32_t kNoRemoteFrames = 1u << 30;  // as python's canopen writes it
+  const std::uint32_t id = number == 0 ? kOutputs1Id | 5 : kOutputs2Id | 5;
+  ASSERT_EQ(write({mapping, 1}, 4, kOutputs1[0].word()), 0u);
+  ASSERT_EQ(write({mapping, 2}, 4, kOutputs1[1].word()), 0u);
+  ASSERT_EQ(write({mapping, 0}, 1, 2), 0u);
+  ASSERT_EQ(write({parameters, 1}, 4, id | kNoRemoteFrames), 0u);
+  ASSERT_EQ(write(kMode, 1, 8), 0u);
+  node.take(nmt_frame(NmtCommand::kStart, 5), now);
+  const auto cycle_with = [&](std::uint16_t control, std::uint32_t target) {
+    CanFrame frame{.id = id, .size = 6};
+    put(control, 2, frame.data, 0);
+    put(target, 4, frame.data, 2);
+    node.take(frame, now);
+    now += 4 * kMillisecond;
+    node.take(sync_frame(), now);
+  };
+  for (const std::uint16_t word : {0x06, 0x07, 0x0F}) cycle_with(word, 0);
+  constexpr std::uint32_t kStep = 10000;  // increments a cycle: 0.15 rad/s
+  for (std::uint32_t i = 1; i <= 50; ++i) cycle_with(0x0F, i * kStep);
+  EXPECT_EQ(node.drive().state(), DriveState::kOperationEnabled);
+  EXPECT_EQ(node.objects().value(kErrorCode), 0u);
+  const double target = 50.0 * kStep * 2.0 * 3.14159265358979 / (100.0 * (1u << 20));
+  EXPECT_NEAR(node.drive().at(now + 4 * kMillisecond).q, target, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Messages, Cia402Target, testing::Values(std::uint16_t{0}, std::uint16_t{1}));
+
+TEST_F(Cia402Node, IdentifiersOfInputsAreThoseOfTheBus) {
+  map();
+  node.take(nmt_frame(NmtCommand::kEnterPreOperational, 5), now);
+  ASSERT_EQ(write({0x1800, 1}, 4, 1u << 30 | kInputs1Id | 5), 0u);
+  node.take(nmt_frame(NmtCommand::kStart, 5), now);
+  (void)cycle(0x06);
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_EQ(sent[0].id, kInputs1Id | 5);
+}
+
+TEST_F(Cia402Node, ResetOfCommunicationForgetsTheProcessDataAndKeepsTheDrive) {
+  enable();
+  ASSERT_EQ(write(kQuickStopRamp, 4, 12345), 0u);
+  sent.clear();
+  node.take(nmt_frame(NmtCommand::kResetCommunication, 5), now);
+  ASSERT_FALSE(sent.empty());
+  EXPECT_EQ(sent[0], heartbeat_frame(5, NmtState::kBootUp));
+  EXPECT_EQ(node.state(), NmtState::kPreOperational);
+  EXPECT_NE(node.drive().state(), DriveState::kOperationEnabled);
+  EXPECT_EQ(read({0x1600, 0}).value, 0u);
+  EXPECT_EQ(read(kQuickStopRamp).value, 12345u);
 }
 
 TEST_F(Cia402Node, MissesItsMaster) {

@@ -163,6 +163,7 @@ TEST(ModbusDriver, AConnectionThatBrokeSwitchesNothingOnWithoutAReset) {
   bench.twin.network().set_cut(true);
   bench.pass(1500);
   EXPECT_FALSE(bench.twin.ready());
+  EXPECT_NE(bench.twin.fault_text().find("connection"), std::string::npos) << bench.twin.fault_text();
   EXPECT_TRUE(bench.twin.coupler().watchdog_expired());
   EXPECT_FALSE(bench.plant.lamp(1)) << "the coupler switched it off";
   EXPECT_FALSE(bench.signals->di1.has_sample()) << "too old";
@@ -270,14 +271,41 @@ TEST(ModbusCoupler, AnswersAsTheSpecificationHasIt) {
   EXPECT_EQ(coupler.coils(), (std::vector<std::uint16_t>{0, 0}));
 }
 
-TEST(ModbusCoupler, TakesFourClientsAndClosesWhoSpeaksOtherwise) {
+TEST(ModbusCoupler, AnswersItsUnitAndWhoeverNamesNone) {
+  VirtualClock clock;
+  VirtualNetwork network(clock, 1);
+  Plant plant;
+  Coupler coupler({.map = {.unit = 7}}, block(), network, plant.terminals);
+  ASSERT_TRUE(coupler.listen({kLoopback, kPort}));
+  ByteLink link(*network.connect({kLoopback, kPort}));
+  FrameParser parser;
+  std::vector<int> answered;
+  std::uint16_t transaction = 0;
+  for (const int unit : {7, 0, 255, 1, 254}) {
+    std::string bytes;
+    append_frame(bytes, {++transaction, static_cast<std::uint8_t>(unit), encode(Request{Function::kReadCoils, 0, 2})});
+    link.send(bytes);
+    for (int i = 0; i < 5; ++i) {
+      clock.set(clock.now() + kMillisecond);
+      coupler.advance(clock.now());
+      link.receive([&](std::string_view received) { parser.feed(received); });
+    }
+    while (const auto frame = parser.next()) {
+      EXPECT_EQ(frame->transaction, transaction);
+      answered.push_back(frame->unit);
+    }
+  }
+  EXPECT_EQ(answered, (std::vector<int>{7, 0, 255}));
+}
+
+TEST(ModbusCoupler, TakesTwentyClientsAndClosesWhoSpeaksOtherwise) {
   VirtualClock clock;
   VirtualNetwork network(clock, 1);
   Plant plant;
   Coupler coupler({}, block(), network, plant.terminals);
   ASSERT_TRUE(coupler.listen({kLoopback, kPort}));
   std::vector<std::unique_ptr<StreamLink>> links;
-  for (int i = 0; i < 6; ++i) links.push_back(*network.connect({kLoopback, kPort}));
+  for (int i = 0; i < 22; ++i) links.push_back(*network.connect({kLoopback, kPort}));
   for (int i = 0; i < 5; ++i) {
     clock.set(i * kMillisecond);
     coupler.advance(clock.now());

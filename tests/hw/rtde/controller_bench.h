@@ -18,10 +18,12 @@ inline std::shared_ptr<const device::ArmDescription> ur5() {
   return arm;
 }
 
-/// An emulated controller with an ideal arm, without any network: frames run as the test says.
+/// An emulated controller with an ideal arm: frames run as the test says.
 class ControllerBench {
  public:
-  explicit ControllerBench(const hw::rtde::ControllerOptions& options = {}) : controller(options, ur5()) {
+  /// @param network  for what the controller connects to; outlives the bench
+  explicit ControllerBench(const hw::rtde::ControllerOptions& options = {}, hw::Network* network = nullptr)
+      : controller(options, ur5(), network) {
     plant.q = ur5()->home;
     plant.dq = hw::rtde::JointVector::Zero(6);
     plant.tau_external = hw::rtde::JointVector::Zero(6);

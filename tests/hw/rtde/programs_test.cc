@@ -1,6 +1,8 @@
 // Programs on the emulated controller: motions, registers, watchdogs, stops.
 #include "hw/emulators/rtde/programs.h"
 
+#include <fmt/format.h>
+
 #include "hw/emulators/rtde/script_service.h"
 #include "tests/hw/rtde/controller_bench.h"
 
@@ -143,16 +145,24 @@ TEST_F(UrProgram, SpeedsAreReachedAndStopped) {
   EXPECT_NEAR(bench.field("target_TCP_speed", 0), 0.0, 1e-3);
 }
 
-TEST_F(UrProgram, ForceModeGivesWay) {
-  ASSERT_TRUE(bench.controller.programs().start(
-      "def go():\n  force_mode(p[0,0,0,0,0,0], [0,0,1,0,0,0], [0,0,-10,0,0,0], 2, [0.1,0.1,0.05,0.5,0.5,0.5])\n"
-      "  sleep(1)\n  end_force_mode()\n  sleep(0.5)\nend\n"));
-  const double before = bench.controller.motion().kinematics().X_BT(bench.plant.q).translation().z();
-  bench.seconds(1.0);
-  const double after = bench.controller.motion().kinematics().X_BT(bench.plant.q).translation().z();
-  EXPECT_NEAR(after - before, -0.02, 0.005) << "2 mm/s a newton";
-  bench.seconds(1.0);
-  EXPECT_NEAR(bench.plant.dq.cwiseAbs().maxCoeff(), 0.0, 1e-9);
+TEST(UrForceMode, GivesWayAlikeInBothSeriesAndAsItsGainSays) {
+  for (const auto& options : {ControllerOptions{}, test::e_series()}) {
+    for (const double gain : {1.0, 0.5}) {
+      test::ControllerBench bench(options);
+      ASSERT_TRUE(bench.controller.programs().start(
+          fmt::format("def go():\n  force_mode_set_gain_scaling({})\n  force_mode(p[0,0,0,0,0,0], [0,0,1,0,0,0], "
+                      "[0,0,-10,0,0,0], 2, [0.1,0.1,0.05,0.5,0.5,0.5])\n"
+                      "  sleep(2)\n  end_force_mode()\n  sleep(0.5)\nend\n",
+                      gain)));
+      const auto height = [&] { return bench.controller.motion().kinematics().X_BT(bench.plant.q).translation().z(); };
+      bench.seconds(0.5);
+      const double before = height();
+      bench.seconds(1.0);
+      EXPECT_NEAR(height() - before, -0.02 * gain, 5e-4) << "2 mm/s a newton";
+      bench.seconds(1.5);
+      EXPECT_NEAR(bench.plant.dq.cwiseAbs().maxCoeff(), 0.0, 1e-9);
+    }
+  }
 }
 
 // The stop of the jog before leaves no velocity for later.

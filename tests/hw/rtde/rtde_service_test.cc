@@ -1,6 +1,8 @@
 // Port 30004 of the emulated controller: what it answers, whom it refuses, when it sends.
 #include "hw/emulators/rtde/rtde_service.h"
 
+#include <limits>
+
 #include "tests/hw/rtde/controller_bench.h"
 
 namespace takt::hw::rtde {
@@ -174,6 +176,38 @@ TEST_F(RtdeServer, MasksCountOnce) {
   bench.controller.io().set_digital_out(2, false);
   client.session->receive(make_package(PackageType::kData, payload));
   EXPECT_FALSE(bench.controller.io().digital_output(2)) << "the mask has done its work";
+}
+
+TEST_F(RtdeServer, WhatIsNoNumberOrOutOfRangeCountsAsNotWritten) {
+  (void)client.inputs(
+      "input_double_register_3,speed_slider_mask,speed_slider_fraction,standard_analog_output_mask,"
+      "standard_analog_output_type,standard_analog_output_0");
+  const auto write = [&](double real, double slider, double analog) {
+    std::string payload(1, '\1');
+    append(payload, real);
+    append(payload, std::uint32_t{1});
+    append(payload, slider);
+    payload += '\1';
+    payload += '\1';
+    append(payload, analog);
+    client.session->receive(make_package(PackageType::kData, payload));
+  };
+  const auto expect_unchanged = [&] {
+    EXPECT_EQ(bench.controller.inputs().reals[3], 2.5);
+    EXPECT_EQ(bench.controller.settings().slider, 0.5);
+    EXPECT_EQ(bench.controller.io().analog_out[0], 0.25);
+  };
+  write(2.5, 0.5, 0.25);
+  expect_unchanged();
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  for (const double wrong : {kNan, kInf, -kInf}) {
+    write(wrong, wrong, wrong);
+    expect_unchanged();
+  }
+  for (const double wrong : {-0.01, 1.01, 1e300}) {
+    write(2.5, wrong, wrong);
+    expect_unchanged();
+  }
 }
 
 TEST_F(RtdeServer, WhatIsNoStreamOfPackagesIsClosed) {

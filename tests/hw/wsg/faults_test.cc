@@ -106,6 +106,7 @@ TEST(WsgFaults, ACableThatIsPulledWhileAPartIsHeldKeepsThePartAndWaitsForAReset)
   bench.twin().network().set_cut(true);
   EXPECT_TRUE(bench.until([&] { return !bench.gripper.ready(); }, 500)) << "silence";
   bench.until([] { return false; }, 1000);
+  EXPECT_NE(bench.why().find("connection"), std::string::npos) << bench.why();
   bench.twin().network().set_cut(false);
   EXPECT_TRUE(bench.until([&] { return bench.why().find("FAST STOP") != std::string::npos; }, 3000)) << bench.why();
   bench.until([] { return false; }, 2000);

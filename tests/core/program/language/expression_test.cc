@@ -9,7 +9,7 @@
 #include "core/operations/table/step.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using takt::test::Reports;
@@ -54,8 +54,8 @@ class ExpressionTest : public testing::Test {
   }
 
   Scope scope;
-  command::Cell cell;
-  Variables measured;
+  expression::Cell cell;
+  activity::Variables measured;
   Diagnostics errors;
 };
 
@@ -204,4 +204,4 @@ TEST(Functions, AreSortedAndSayWhatTheyDo) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

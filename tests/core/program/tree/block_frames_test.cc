@@ -3,7 +3,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using takt::test::Reports;
@@ -25,18 +25,18 @@ constexpr const char* kMakeHere = R"({"do": "set_frame", "as": "here", "in": "bl
 constexpr const char* kGoHere = R"({"do": "ptp", "name": "there", "to": {"in": "here", "position_m": [0, 0, 0]}})";
 
 TEST_F(BlockFramesTest, EndWithTheirSequence) {
-  ASSERT_EQ(run(with_frames(R"(["here"])", std::string(kMakeHere) + "," + kGoHere, 2)), Progress::kDone)
+  ASSERT_EQ(run(with_frames(R"(["here"])", std::string(kMakeHere) + "," + kGoHere, 2)), operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_FALSE(fake.cell.frames.contains("here"));
   const Eigen::Vector3d wanted = fake.cell.frames.pose("block")->translation() + Eigen::Vector3d(0, 0, 0.1);
   EXPECT_LT((fake.tool_in_world(fake.q()).translation() - wanted).norm(), 1e-6) << "it was there meanwhile";
-  ASSERT_EQ(run(kMakeHere), Progress::kDone);
+  ASSERT_EQ(run(kMakeHere), operations::Progress::kDone);
   EXPECT_TRUE(fake.cell.frames.contains("here")) << "one that no block has declared stays";
 }
 
 TEST_F(BlockFramesTest, EndHoweverTheirSequenceEnds) {
   const std::string failing = with_frames(R"(["here"])", std::string(kMakeHere) + R"(, {"do": "fail", "text": "no"})");
-  EXPECT_EQ(run(failing), Progress::kFailed);
+  EXPECT_EQ(run(failing), operations::Progress::kFailed);
   EXPECT_FALSE(fake.cell.frames.contains("here"));
   const std::string waiting = with_frames(R"(["here"])", std::string(kMakeHere) + "," + wait(500));
   EXPECT_EQ(run(good(waiting),
@@ -46,7 +46,7 @@ TEST_F(BlockFramesTest, EndHoweverTheirSequenceEnds) {
                     runner.cancel();
                   }
                 }),
-            Progress::kDone);
+            operations::Progress::kDone);
   EXPECT_FALSE(fake.cell.frames.contains("here"));
 }
 
@@ -72,18 +72,18 @@ TEST_F(BlockFramesTest, AreTheirSequencesOwn) {
 }
 
 TEST_F(BlockFramesTest, InCppTheyEndWithTheirScope) {
-  Runtime program(fake.core, fake.cell, [this] { fake.step(); });
+  activity::Runtime program(fake.core, fake.cell, [this] { fake.step(); });
   program.step();
-  const Frame block(program, "block");
+  const app::Frame block(program, "block");
   {
-    const ScopedFrame here(block.offset(0, 0, 0.1), "here");
+    const app::ScopedFrame here(block.offset(0, 0, 0.1), "here");
     EXPECT_NEAR(here.frame().in("block").translation().z(), 0.1, 1e-12);
     ASSERT_TRUE(fake.cell.frames.contains("here"));
-    EXPECT_THROW(ScopedFrame(block, "here"), ActivityError);
+    EXPECT_THROW(app::ScopedFrame(block, "here"), activity::ActivityError);
     EXPECT_TRUE(fake.cell.frames.contains("here")) << "it is still the first one's";
   }
   EXPECT_FALSE(fake.cell.frames.contains("here"));
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -6,7 +6,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using takt::test::Reports;
@@ -31,10 +31,12 @@ class GoingOnTest : public test::ActivityTest {
 
   /// Two motions with something between them. @return cycles in which the arm stood there
   int standing_between(const std::string& between) {
-    EXPECT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), Progress::kDone);
+    EXPECT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")),
+              operations::Progress::kDone);
     fake.backend->sent.clear();
     log.clear();
-    EXPECT_EQ(run(sequence(lin("there", kThere) + "," + between + lin("aside", kAside, ""))), Progress::kDone)
+    EXPECT_EQ(run(sequence(lin("there", kThere) + "," + between + lin("aside", kAside, ""))),
+              operations::Progress::kDone)
         << diagnostics.to_string();
     EXPECT_LE(fake.worst_limit_share(), 1.0);
     EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
@@ -74,7 +76,7 @@ TEST_F(GoingOnTest, AskedForAPlaceOfTheArmItTellsTheGoal) {
       {"off": {"unit": "m"}}, "steps": [
         {"do": "let", "values": {"off": "$distance(position('arm'), pose('block') * at(0[m], 0.1[m], 0.2[m]))"}},
         {"do": "log", "text": "$text(off < 0.001[mm])"}]})j")),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_THAT(log, Contains("program: log true"));
 }
@@ -84,7 +86,7 @@ TEST_F(GoingOnTest, LoopsOfMotionsNeverStopBetweenRounds) {
       {"in": "block", "position_m": [0, 0.1, 0.2]}, {"in": "block", "position_m": [-0.15, 0.1, 0.2]},
       {"in": "block", "position_m": [-0.15, -0.1, 0.2]}, {"in": "block", "position_m": [0, -0.1, 0.2]}],
       "steps": [{"do": "lin", "name": "on", "to": {"in": "$at", "position_m": [0, 0, 0]}, "blend_m": 0.05}]})")),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_THAT(begun(), ElementsAre("ptp", "on", "on", "on", "on"));
   EXPECT_EQ(steps_done, 5);
@@ -103,7 +105,7 @@ TEST_F(GoingOnTest, EveryProgramLatencyGivesARightProgram) {
 
 TEST_F(GoingOnTest, AStepsNameIsTheOneOfTheMotionThatIsBeingDone) {
   std::vector<std::string> seen;
-  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), Progress::kDone);
+  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), operations::Progress::kDone);
   const Program program =
       good(sequence(lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "")));
   double turned_at = 0.0;
@@ -113,7 +115,7 @@ TEST_F(GoingOnTest, AStepsNameIsTheOneOfTheMotionThatIsBeingDone) {
                   if (runner.current() == "aside") turned_at = tool_in_block().x();
                   if (!runner.current().empty()) seen.push_back(runner.current());
                 }),
-            Progress::kDone);
+            operations::Progress::kDone);
   EXPECT_THAT(seen, ElementsAre("there", "aside"));
   EXPECT_LT(turned_at, -0.002) << "in the middle of the blend";
   EXPECT_GT(turned_at, -0.04);
@@ -128,7 +130,7 @@ TEST_F(GoingOnTest, AGuardedMotionFeelsOnlyItsOwnWay) {
     const bool on_the_way = tool_in_block().y() < -0.045;
     fake.extra.force = on_the_way ? Eigen::Vector3d(0, 0, 60) : Eigen::Vector3d::Zero();
   };
-  ASSERT_EQ(run(good(program), push_on_the_way), Progress::kDone) << diagnostics.to_string();
+  ASSERT_EQ(run(good(program), push_on_the_way), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(log, Not(Contains(HasSubstr("no blend"))));
   EXPECT_NEAR(variables.contacts.at("top").p_R.z(), (fake.X_WO_true * Eigen::Vector3d(0, 0, 0.03)).z(), 1e-4);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -141,7 +143,7 @@ TEST_F(GoingOnTest, AFailureIsToldOnceAtTheStepWhoseNetDrives) {
   const auto abort_there = [this](int, ProgramRunner& runner) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
-  EXPECT_EQ(run(good(program), abort_there), Progress::kFailed);
+  EXPECT_EQ(run(good(program), abort_there), operations::Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/3")) << diagnostics.to_string();
   EXPECT_LT(tool_in_block().y(), 0.1);
 }
@@ -153,7 +155,7 @@ TEST_F(GoingOnTest, AFailureInsideATryIsHandledThere) {
   const auto abort_there = [this](int, ProgramRunner& runner) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
-  EXPECT_EQ(run(good(program), abort_there), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(good(program), abort_there), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(log, Contains(HasSubstr("log handled: ")));
 }
 
@@ -163,7 +165,7 @@ TEST_F(GoingOnTest, AGoalThatCannotBeReachedStopsTheMotionBefore) {
                R"(, {"do": "sequence", "variables": {"far": {"unit": "m", "nominal": 0.1}}, "steps": [
       {"do": "let", "values": {"far": "$3[m]"}},
       {"do": "lin", "name": "far", "to": {"by_m": ["$far", 0, 0]}}]})");
-  EXPECT_EQ(run(program), Progress::kFailed);
+  EXPECT_EQ(run(program), operations::Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/2/steps/1/to"));
   EXPECT_TRUE(fake.core_arm().at_rest());
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -189,7 +191,7 @@ TEST_F(GoingOnTest, P2_UnderAnyOverrideAndAPauseTheGoalsAreReached) {
                     if (cycle == at + 400) (void)fake.speed->write(0.6);
                     if (cycle == at + 700) (void)fake.speed->write(1.0);
                   }),
-              Progress::kDone)
+              operations::Progress::kDone)
         << diagnostics.to_string();
     EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
     EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -207,7 +209,7 @@ TEST_F(GoingOnTest, D3_ASnapshotKnowsTheMotionThatWasLeftOpen) {
     ASSERT_THAT(text, HasSubstr("\"open\""));
     double farthest = -1.0;
     const auto look = [&](int, ProgramRunner&) { farthest = std::max(farthest, tool_in_block().y()); };
-    ASSERT_EQ(go_on(program, text, look), Progress::kDone) << diagnostics.to_string();
+    ASSERT_EQ(go_on(program, text, look), operations::Progress::kDone) << diagnostics.to_string();
     EXPECT_GT(farthest, 0.07) << "the way of the first motion";
     EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
   }
@@ -224,17 +226,17 @@ TEST_F(GoingOnTest, D3_AnOpenMotionKeepsItsOwnPlaceOfALoop) {
   const auto look = [&](int, ProgramRunner&) {
     if (tool_in_block().x() > -0.01) farthest = std::max(farthest, tool_in_block().y());
   };
-  ASSERT_EQ(go_on(program, text, look), Progress::kDone) << diagnostics.to_string();
+  ASSERT_EQ(go_on(program, text, look), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_GT(farthest, 0.07) << "straight ahead to the first place, and only then aside";
   EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
 }
 
 TEST_F(GoingOnTest, D3_AMotionThatIsTheWholeProgramIsBegunAgainOnce) {
-  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), Progress::kDone);
+  ASSERT_EQ(run(sequence(std::string(kApproach) + R"({"do": "wait", "seconds": 0.01})")), operations::Progress::kDone);
   const Program program = good(R"({"do": "lin", "name": "up", "to": {"by_m": [0, 0, 0.1]}, "blend_m": 0.02})");
   const std::string text = snapshot_when(program, [&](const ProgramRunner&) { return tool_in_block().z() >= 0.22; });
   const double begin = tool_in_block().z();
-  ASSERT_EQ(go_on(program, text), Progress::kDone) << diagnostics.to_string();
+  ASSERT_EQ(go_on(program, text), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_NEAR(tool_in_block().z(), begin + 0.1, 1e-6);
 }
 
@@ -245,7 +247,7 @@ TEST_F(GoingOnTest, AFailureOfAMotionBeforeATryIsNotItsOwn) {
   const auto abort_there = [this](int, ProgramRunner& runner) {
     if (runner.current() == "there" && tool_in_block().y() > 0.0) abort_all();
   };
-  EXPECT_EQ(run(good(program), abort_there), Progress::kFailed);
+  EXPECT_EQ(run(good(program), abort_there), operations::Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/1")) << diagnostics.to_string();
 }
 
@@ -255,7 +257,7 @@ TEST_F(GoingOnTest, WhatCleansUpIsNotCancelledWithABranch) {
       {"do": "wait", "seconds": 0.8},
       {"do": "try", "steps": [{"do": "wait", "seconds": 0.1}], "finally": [)" +
                lin("there", kThere) + R"(, {"do": "log", "text": "x"},)" + lin("aside", kAside, "") + "]}]}");
-  EXPECT_EQ(run(program), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(program), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_LT((tool_in_block() - Eigen::Vector3d(-0.15, 0.1, 0.2)).norm(), 1e-6);
 }
 
@@ -270,4 +272,4 @@ TEST_F(GoingOnTest, TheRehearsalTellsWhereNothingGoesOn) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -2,7 +2,7 @@
 // free and at rest afterwards, and the next program runs.
 #include "tests/core/activity/fixture.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 constexpr const char* kProgram = R"({"do": "sequence", "variables": {"h": "$20[mm]"}, "steps": [
@@ -23,21 +23,21 @@ class InterruptionsTest : public test::ActivityTest {
   /// A cell of its own for each case; `act` is called before cycle `at`. @return the progress, run to the end.
   struct Case {
     test::FakeCell fake;
-    Variables variables;
+    activity::Variables variables;
     Diagnostics diagnostics;
-    Progress progress = Progress::kRunning;
+    operations::Progress progress = operations::Progress::kRunning;
     int cycles = 0;
   };
   using Act = std::function<void(Case&, ProgramRunner&)>;
 
   static void play(Case& one, const Program& program, int at, const Act& act, int later, const Act& then) {
-    Context context{one.fake.cell, one.fake.core, one.variables, 2, [](auto, auto, auto) {}};
+    activity::Context context{one.fake.cell, one.fake.core, one.variables, 2, [](auto, auto, auto) {}};
     ProgramRunner runner(program, context);
     for (; one.cycles < 20'000; ++one.cycles) {
       if (one.cycles == at) act(one, runner);
       if (one.cycles == at + later && then) then(one, runner);
       one.progress = runner.advance();
-      if (one.progress != Progress::kRunning) break;
+      if (one.progress != operations::Progress::kRunning) break;
       one.fake.step();
     }
     one.diagnostics = runner.diagnostics();
@@ -54,14 +54,14 @@ class InterruptionsTest : public test::ActivityTest {
     Case& again = one;
     again.cycles = 0;
     play(again, *home, -1, {}, 0, {});
-    EXPECT_EQ(again.progress, Progress::kDone) << again.diagnostics.to_string();
+    EXPECT_EQ(again.progress, operations::Progress::kDone) << again.diagnostics.to_string();
     EXPECT_EQ(one.fake.q(), one.fake.arm->home);
   }
 
   int length() {
     Case one;
     play(one, good(kProgram), -1, {}, 0, {});
-    EXPECT_EQ(one.progress, Progress::kDone) << one.diagnostics.to_string();
+    EXPECT_EQ(one.progress, operations::Progress::kDone) << one.diagnostics.to_string();
     return one.cycles;
   }
   static constexpr int kEvery = 10;
@@ -74,7 +74,7 @@ TEST_F(InterruptionsTest, RowL6ACancelAtEveryTenthCycleEndsInOrder) {
     SCOPED_TRACE(at);
     Case one;
     play(one, good(kProgram), at, [](Case&, ProgramRunner& runner) { runner.cancel(); }, 0, {});
-    EXPECT_EQ(one.progress, Progress::kDone) << one.diagnostics.to_string();
+    EXPECT_EQ(one.progress, operations::Progress::kDone) << one.diagnostics.to_string();
     EXPECT_LT(one.cycles, at + 600) << "it comes to its end soon";
     expect_good_end(one);
     if (HasFailure()) return;
@@ -99,7 +99,7 @@ TEST_F(InterruptionsTest, RowP2APauseAtEveryTenthCycleStandsAndGoesOn) {
           runner.hold(false);
           (void)c.fake.speed->write(1.0);
         });
-    EXPECT_EQ(one.progress, Progress::kDone) << one.diagnostics.to_string();
+    EXPECT_EQ(one.progress, operations::Progress::kDone) << one.diagnostics.to_string();
     expect_good_end(one);
     if (HasFailure()) return;
   }
@@ -116,11 +116,11 @@ TEST_F(InterruptionsTest, RowL6AStopAtEveryTenthCycleLeavesNothingBehind) {
            runner.cancel();
          },
          0, {});
-    EXPECT_NE(one.progress, Progress::kRunning);
+    EXPECT_NE(one.progress, operations::Progress::kRunning);
     expect_good_end(one);
     if (HasFailure()) return;
   }
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

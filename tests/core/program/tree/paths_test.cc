@@ -1,7 +1,7 @@
 // Where in the tree something happens.
 #include "tests/core/activity/fixture.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using testing::ElementsAre;
@@ -25,7 +25,7 @@ TEST_F(PathsTest, EventsKnowWhereInTheTreeTheyHappen) {
   const AtCycle look = [&](int cycle, ProgramRunner& runner) {
     if (cycle > 0 && (between.empty() || between.back() != runner.path())) between.push_back(runner.path());
   };
-  EXPECT_EQ(run(*program, look), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(*program, look), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(paths, ElementsAre("log: main / part (1)", "log: main / part (2)",                              //
                                  "begin: main / twice / again (1) / w", "end: main / twice / again (1) / w",  //
                                  "begin: main / twice / again (2) / w", "end: main / twice / again (2) / w",  //
@@ -43,4 +43,4 @@ TEST_F(PathsTest, EventsKnowWhereInTheTreeTheyHappen) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -4,12 +4,12 @@
 
 #include "tests/core/activity/activity_cell.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 class ProgramEndTest : public testing::Test {
  protected:
-  Activity there() const { return cell.motion.lin_by({0.0, 0.15, 0.0}); }
+  activity::Activity there() const { return cell.motion.lin_by({0.0, 0.15, 0.0}); }
   void steps(int count) {
     for (int i = 0; i < count; ++i) cell.program.step();
   }
@@ -30,36 +30,36 @@ TEST_F(ProgramEndTest, L6_ACancelAtEveryTenthCycleIsHeardWhenAllIsAtRest) {
   for (int at = 0; at < whole - 10; at += 10) {
     SCOPED_TRACE(at);
     test::ActivityCell own;
-    const RunPtr run = own.motion.lin_by({0.0, 0.15, 0.0}).schedule();
-    const RunPtr waits = own.motion.lin_by({0.0, 0.0, 0.1}).schedule();
+    const activity::RunPtr run = own.motion.lin_by({0.0, 0.15, 0.0}).schedule();
+    const activity::RunPtr waits = own.motion.lin_by({0.0, 0.0, 0.1}).schedule();
     for (int i = 0; i < at; ++i) own.program.step();
     own.program.cancel();
-    EXPECT_THROW((void)wait(own.program, waits), ProgramCancelled);
+    EXPECT_THROW((void)activity::wait(own.program, waits), activity::ProgramCancelled);
     EXPECT_TRUE(own.program.idle());
     EXPECT_TRUE(own.core_arm().at_rest());
     EXPECT_FALSE(own.core_arm().held());
     EXPECT_TRUE(run->over());
-    EXPECT_NE(waits->state(), RunState::kCompleted);
-    EXPECT_THROW((void)own.motion.lin_by({0.0, 0.0, 0.1}).schedule(), ProgramCancelled);
+    EXPECT_NE(waits->state(), activity::RunState::kCompleted);
+    EXPECT_THROW((void)own.motion.lin_by({0.0, 0.0, 0.1}).schedule(), activity::ProgramCancelled);
     EXPECT_LE(own.worst_limit_share(), 1.0);
   }
 }
 
-Task moves(test::ActivityCell& cell, int& ended) {
-  const Activity one = cell.motion.lin_by({0.0, 0.15, 0.0}), other = cell.motion.lin_by({0.0, -0.15, 0.0});
+activity::Task moves(test::ActivityCell& cell, int& ended) {
+  const activity::Activity one = cell.motion.lin_by({0.0, 0.15, 0.0}), other = cell.motion.lin_by({0.0, -0.15, 0.0});
   try {
     co_await one;
     co_await other;
-  } catch (const ProgramCancelled&) {
+  } catch (const activity::ProgramCancelled&) {
     ++ended;
     throw;
   }
 }
 
-Task waits(test::ActivityCell& cell, int& ended) {
+activity::Task waits(test::ActivityCell& cell, int& ended) {
   try {
     co_await cell.program.cycles(1'000'000);
-  } catch (const ProgramCancelled&) {
+  } catch (const activity::ProgramCancelled&) {
     ++ended;
     throw;
   }
@@ -68,11 +68,11 @@ Task waits(test::ActivityCell& cell, int& ended) {
 TEST_F(ProgramEndTest, CoroutinesHearOfACancelWhateverTheyWaitFor) {
   int ended = 0;
   cell.program.spawn(waits(cell, ended));
-  Task task = moves(cell, ended);
+  activity::Task task = moves(cell, ended);
   task.begin();
   steps(100);
   cell.program.cancel();
-  EXPECT_THROW(cell.program.run_until([&task] { return task.done(); }), ProgramCancelled);
+  EXPECT_THROW(cell.program.run_until([&task] { return task.done(); }), activity::ProgramCancelled);
   EXPECT_EQ(ended, 2);
   expect_free_and_inside_the_limits();
 }
@@ -80,7 +80,7 @@ TEST_F(ProgramEndTest, CoroutinesHearOfACancelWhateverTheyWaitFor) {
 TEST_F(ProgramEndTest, CoroutinesWhoseOwnerIsGoneAreForgotten) {
   int ended = 0;
   {
-    Task task = moves(cell, ended);
+    activity::Task task = moves(cell, ended);
     task.begin();
     steps(100);
     cell.program.drop_coroutines();
@@ -93,19 +93,19 @@ TEST_F(ProgramEndTest, CoroutinesWhoseOwnerIsGoneAreForgotten) {
 
 TEST_F(ProgramEndTest, NoActivityBeginsWhileItIsHeld) {
   cell.program.hold(true);
-  const RunPtr run = there().schedule();
+  const activity::RunPtr run = there().schedule();
   steps(50);
-  EXPECT_EQ(run->state(), RunState::kQueued);
+  EXPECT_EQ(run->state(), activity::RunState::kQueued);
   EXPECT_EQ(cell.program.current(), "");
   cell.program.hold(false);
   steps(10);
-  EXPECT_EQ(run->state(), RunState::kRunning);
+  EXPECT_EQ(run->state(), activity::RunState::kRunning);
   EXPECT_EQ(cell.program.current(), "arm LIN");
-  wait(cell.program, run);
-  EXPECT_EQ(run->state(), RunState::kCompleted);
+  activity::wait(cell.program, run);
+  EXPECT_EQ(run->state(), activity::RunState::kCompleted);
   EXPECT_GT(run->preparation().total, run->preparation().planning);
   EXPECT_GE(run->first_cycle(), run->asked_cycle() + 50);
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

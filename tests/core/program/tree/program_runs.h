@@ -18,22 +18,22 @@ using Json = nlohmann::ordered_json;
 class ProgramRuns : public testing::Test {
  protected:
   /// Called before each cycle with its number, from 0.
-  using AtCycle = std::function<void(int, activity::ProgramRunner&)>;
+  using AtCycle = std::function<void(int, program::ProgramRunner&)>;
 
-  [[nodiscard]] virtual command::Cell& programs_cell() = 0;
+  [[nodiscard]] virtual expression::Cell& programs_cell() = 0;
   [[nodiscard]] virtual rcc::ControlCore& programs_core() = 0;
   virtual void before_first_cycle() {}
   virtual void one_cycle() = 0;
 
   /// All that is wrong with a program, before anything moves.
   Diagnostics wrong(const std::string& text) {
-    const auto program = activity::Program::parse(Json::parse(text), "/program", programs_cell());
+    const auto program = program::Program::parse(Json::parse(text), "/program", programs_cell());
     if (!program) return program.error();
     return program->rehearse(programs_cell(), &programs_core().environment()).diagnostics;
   }
   /// A program whose rehearsal finds no errors.
-  activity::Program good(const std::string& text) {
-    auto program = activity::Program::parse(Json::parse(text), "/program", programs_cell());
+  program::Program good(const std::string& text) {
+    auto program = program::Program::parse(Json::parse(text), "/program", programs_cell());
     if (!program) {
       ADD_FAILURE() << program.error().to_string();
       return {};
@@ -50,37 +50,37 @@ class ProgramRuns : public testing::Test {
             }};
   }
   /// To its end.
-  activity::Progress run(const activity::Program& program, const AtCycle& at_cycle = {}, int most = 100'000) {
+  operations::Progress run(const program::Program& program, const AtCycle& at_cycle = {}, int most = 100'000) {
     activity::Context own = context();
-    activity::ProgramRunner runner(program, own);
+    program::ProgramRunner runner(program, own);
     return follow(runner, at_cycle, most);
   }
   /// Cancels a program in this cycle.
   static AtCycle cancelling(int at) {
-    return [at](int cycle, activity::ProgramRunner& runner) {
+    return [at](int cycle, program::ProgramRunner& runner) {
       if (cycle == at) runner.cancel();
     };
   }
   /// From the state that a snapshot has as text.
-  activity::Progress go_on(const activity::Program& program, const std::string& snapshot, const AtCycle& at_cycle = {},
-                           int most = 100'000) {
+  operations::Progress go_on(const program::Program& program, const std::string& snapshot, const AtCycle& at_cycle = {},
+                             int most = 100'000) {
     activity::Context own = context();
-    activity::ProgramRunner runner(program, own);
+    program::ProgramRunner runner(program, own);
     const Diagnostics found = runner.restore(Json::parse(snapshot));
     EXPECT_TRUE(found.empty()) << found.to_string();
     return follow(runner, at_cycle, most);
   }
   /// Runs a program until this holds, takes a snapshot there, and cancels it.
-  std::string snapshot_when(const activity::Program& program,
-                            const std::function<bool(const activity::ProgramRunner&)>& there) {
+  std::string snapshot_when(const program::Program& program,
+                            const std::function<bool(const program::ProgramRunner&)>& there) {
     std::string snapshot;
     EXPECT_EQ(run(program,
-                  [&](int, activity::ProgramRunner& runner) {
+                  [&](int, program::ProgramRunner& runner) {
                     if (!snapshot.empty() || !there(runner)) return;
                     snapshot = runner.snapshot().dump();
                     runner.cancel();
                   }),
-              activity::Progress::kDone);
+              operations::Progress::kDone);
     return snapshot;
   }
 
@@ -107,14 +107,14 @@ class ProgramRuns : public testing::Test {
   int cycles = 0;
 
  private:
-  const activity::ProgramRunner* running = nullptr;
+  const program::ProgramRunner* running = nullptr;
 
-  activity::Progress follow(activity::ProgramRunner& runner, const AtCycle& at_cycle, int most) {
+  operations::Progress follow(program::ProgramRunner& runner, const AtCycle& at_cycle, int most) {
     before_first_cycle();
     running = &runner;
     for (cycles = 0; cycles < most; ++cycles) {
       if (at_cycle) at_cycle(cycles, runner);
-      if (runner.advance() != activity::Progress::kRunning) break;
+      if (runner.advance() != operations::Progress::kRunning) break;
       one_cycle();
     }
     diagnostics = runner.diagnostics();

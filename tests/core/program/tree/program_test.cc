@@ -4,7 +4,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using takt::test::Reports;
@@ -117,7 +117,7 @@ TEST_F(ProgramTest, StepsRunInTheOrderOfTheTree) {
                        R"(, "times": 2)") +
               "," + sequence(kWait, R"(, "times": 0)") + "," + sequence(""),
           R"(, "times": 2)")),
-      Progress::kDone);
+      operations::Progress::kDone);
   std::vector<std::string> begun;
   for (const std::string& line : log) {
     if (line.starts_with("program: begin ")) begun.push_back(line.substr(15));
@@ -130,7 +130,7 @@ TEST_F(ProgramTest, StepsRunInTheOrderOfTheTree) {
 TEST_F(ProgramTest, AMotionGoesToItsGoal) {
   EXPECT_EQ(run(sequence(std::string(kToTheBlock) + R"(, {"do": "lin", "to": {"by_m": [0, 0, 0.05], "in": "block"}},
       {"do": "ptp", "to": "home"})")),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_EQ(fake.q(), fake.arm->home);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -138,18 +138,18 @@ TEST_F(ProgramTest, AMotionGoesToItsGoal) {
 
 TEST_F(ProgramTest, D1_AProgramThatNeverWaitsIsStopped) {
   EXPECT_EQ(run(sequence(R"({"do": "wait", "seconds": 0, "name": "busy"})", R"(, "times": 1000000)")),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_EQ(cycles, 0) << "before a cycle";
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0"));
   EXPECT_THAT(diagnostics, Reports(Code::kTooLarge, "/program/steps/0", {"10000"}));
   EXPECT_EQ(steps_done, 10'000);
-  EXPECT_EQ(run(sequence(R"({"do": "wait", "seconds": 0})", R"(, "times": 9999)")), Progress::kDone);
+  EXPECT_EQ(run(sequence(R"({"do": "wait", "seconds": 0})", R"(, "times": 9999)")), operations::Progress::kDone);
 }
 
 TEST_F(ProgramTest, D1_RoundsOfNothingAreNotPlayed) {
   std::string empty = sequence("");
   for (int i = 0; i < 5; ++i) empty = sequence(empty, R"(, "times": 1000000)");
-  EXPECT_EQ(run(sequence(empty + "," + kWait)), Progress::kDone);
+  EXPECT_EQ(run(sequence(empty + "," + kWait)), operations::Progress::kDone);
   EXPECT_EQ(cycles, 10);
 }
 
@@ -157,7 +157,7 @@ TEST_F(ProgramTest, AFailingStepNamesItself) {
   const Program program = good(sequence(std::string(kWait) + R"(,
       {"do": "lin", "name": "nothing there", "to": {"by_m": [0, 0, 0.02]}, "until": {"sensor": "wrist", "above_N": 50}},
       {"do": "wait", "seconds": 1})"));
-  EXPECT_EQ(run(program), Progress::kFailed);
+  EXPECT_EQ(run(program), operations::Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/1/until"));
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/steps/1/until"));
   EXPECT_THAT(log.back(), testing::StartsWith("program: failed nothing there: ")) << "nothing follows";
@@ -167,7 +167,7 @@ TEST_F(ProgramTest, AFailingStepNamesItself) {
 TEST_F(ProgramTest, AFaultOfTheArmIsTheFailureOfItsStep) {
   const Program program = good(sequence(kToTheBlock));
   EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.backend->silent = cycle >= 200; }),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_THAT(pointers(diagnostics), ElementsAre("/program/steps/0"));
   EXPECT_THAT(diagnostics, Reports(Code::kStopped, "/program/steps/0"));
 }
@@ -176,7 +176,7 @@ TEST_F(ProgramTest, N3_ASensorThatFallsSilentIsNoTouch) {
   const std::string touch =
       R"({"do": "lin", "to": {"by_m": [0, 0, 0.1]}, "until": {"sensor": "wrist", "above_N": 9}, "on_end": "continue"})";
   EXPECT_EQ(run(good(touch), [this](int cycle, ProgramRunner&) { fake.sensor->silent = cycle >= 300; }),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/until"));
   EXPECT_THAT(variables.touches, IsEmpty());
   EXPECT_TRUE(fake.core_arm().at_rest());
@@ -191,21 +191,21 @@ TEST_F(ProgramTest, L6_ACancelEndsTheStepAndTheProgram) {
                   [at](int cycle, ProgramRunner& runner) {
                     if (cycle == at) runner.cancel();
                   }),
-              Progress::kDone);
+              operations::Progress::kDone);
     EXPECT_LT(cycles, at + 400) << "the bound of this motion, not that of the core";
     EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_string();
     EXPECT_TRUE(fake.core_arm().at_rest());
     EXPECT_THAT(log, testing::Not(testing::Contains("program: begin wait")));
-    EXPECT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone) << "the arm is free again";
+    EXPECT_EQ(run(R"({"do": "ptp", "to": "home"})"), operations::Progress::kDone) << "the arm is free again";
   }
   EXPECT_LE(fake.worst_limit_share(), 1.0);
 }
 
 TEST_F(ProgramTest, ManyStepsDoNotFillTheCore) {
-  EXPECT_EQ(run(sequence(R"({"do": "tare", "cycles": 1})", R"(, "times": 5000)")), Progress::kDone)
+  EXPECT_EQ(run(sequence(R"({"do": "tare", "cycles": 1})", R"(, "times": 5000)")), operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_EQ(steps_done, 5000);
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -1,7 +1,7 @@
 // Going through a program step by step: which step asks, what it knows, and that the time may stand meanwhile.
 #include "tests/core/activity/fixture.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using testing::ElementsAre;
@@ -14,7 +14,7 @@ class SingleStepTest : public test::ActivityTest {
     std::vector<std::string> asked;
     (void)run(program, [&](int cycle, ProgramRunner& runner) {
       if (cycle == 0) runner.set_single_step(true);
-      while (runner.advance() == Progress::kRunning && !runner.asking().empty()) {
+      while (runner.advance() == operations::Progress::kRunning && !runner.asking().empty()) {
         asked.push_back(runner.asking().front().name);
         changes.push_back(changed(runner));
         runner.step();
@@ -53,7 +53,7 @@ TEST_F(SingleStepTest, EachStepAsksOnceInTheOrderInWhichTheyBeginAndTellsWhatCha
 }
 
 TEST_F(SingleStepTest, TheRunIsTheSameAsWithoutStops) {
-  ASSERT_EQ(run(kTwoSteps), Progress::kDone);
+  ASSERT_EQ(run(kTwoSteps), operations::Progress::kDone);
   const auto log_without = log;
   const int cycles_without = cycles;
   log.clear();
@@ -82,4 +82,4 @@ TEST_F(SingleStepTest, NobodyAsksWhileItIsHeldOrRunsFreely) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

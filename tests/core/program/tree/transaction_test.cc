@@ -2,7 +2,7 @@
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using takt::test::Reports;
@@ -50,7 +50,7 @@ TEST_F(TransactionTest, TheScrewIsInsertedThenPressedAndTurnedTogether) {
                   driver_while_moving |= driver() && !logged("begin screw in");
                   if (driver()) pressed_at_end = pressed_with();
                 }),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_TRUE(cell.driver_terminal->written.size() > 1);
   EXPECT_FALSE(driver_before_contact);
@@ -77,7 +77,7 @@ TEST_F(TransactionTest, AnInputEndsItInTheSameCycle) {
                   }
                   if (!driver() && pushed >= 0 && off < 0) off = cycle;
                 }),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_LE(off - pushed, 3) << "input, raised state and output in one net";
   EXPECT_EQ(variables.monitors["screw in"]["tight"], "1");
@@ -92,7 +92,7 @@ TEST_F(TransactionTest, P2_AHandlerHearsThatACommandIsPaused) {
                   if (lit < 0 && cell.cell.digital_outputs.at("lamp")->value()) lit = cycle;
                   if (cycle == 700) (void)cell.speed->write(1.0);
                 }),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_GT(lit, 200);
   EXPECT_LT(lit, 205) << "in the cycle in which it is paused, while the arm still brakes";
@@ -101,14 +101,14 @@ TEST_F(TransactionTest, P2_AHandlerHearsThatACommandIsPaused) {
 
 TEST_F(TransactionTest, L6_ACancelAtAnyTimeEndsInOrderAndAPauseGoesOn) {
   const Program program = good(kScrew);
-  ASSERT_EQ(run(program), Progress::kDone);
+  ASSERT_EQ(run(program), operations::Progress::kDone);
   const int whole = cycles;
   for (int at = 3; at < whole; at += whole / 23) {
     SCOPED_TRACE(at);
     for (const bool pause : {false, true}) {
       test::CommandCell own;
-      Variables known;
-      Context context{own.cell, own.core, known, 2, [](auto, auto, auto) {}};
+      activity::Variables known;
+      activity::Context context{own.cell, own.core, known, 2, [](auto, auto, auto) {}};
       ProgramRunner runner(program, context);
       int cycle = 0;
       for (; cycle < 20'000; ++cycle) {
@@ -118,10 +118,10 @@ TEST_F(TransactionTest, L6_ACancelAtAnyTimeEndsInOrderAndAPauseGoesOn) {
           EXPECT_LT(own.core_arm().set_point().dq.cwiseAbs().maxCoeff(), 1e-3) << "it stands, or holds its force";
           runner.hold(false), (void)own.speed->write(1.0);
         }
-        if (runner.advance() != Progress::kRunning) break;
+        if (runner.advance() != operations::Progress::kRunning) break;
         own.step();
       }
-      EXPECT_EQ(runner.progress(), Progress::kDone) << runner.diagnostics().to_string();
+      EXPECT_EQ(runner.progress(), operations::Progress::kDone) << runner.diagnostics().to_string();
       if (!pause) {
         EXPECT_LT(cycle, at + 700) << "it comes to its end soon";
       }
@@ -143,7 +143,7 @@ TEST_F(TransactionTest, AStateOfAMotionStartsSomethingOnItsWay) {
                 [&](int, ProgramRunner&) {
                   if (!lamp()) way = (tool() - from).norm();
                 }),
-            Progress::kDone);
+            operations::Progress::kDone);
   EXPECT_TRUE(lamp());
   EXPECT_NEAR(way, 0.025, 5e-4);
   EXPECT_NEAR((tool() - from).norm(), 0.05, 1e-6);
@@ -162,7 +162,7 @@ TEST_F(TransactionTest, LeavingDelayAndDurationsCount) {
                   cell.button->sample.value = (cycle >= 100 && cycle < 300) || (cycle >= 500 && cycle < 520);
                   if (lamp() && lit < 0) lit = cycle;
                 }),
-            Progress::kDone);
+            operations::Progress::kDone);
   EXPECT_NEAR(lit, 400, 4);
   EXPECT_EQ(variables.monitors["t"]["held"], "1") << "20 ms are too short";
   EXPECT_EQ(variables.monitors["t"]["pushed"], "1") << "only the first time";
@@ -173,7 +173,7 @@ TEST_F(TransactionTest, ToldEventsAreCountedHoweverOftenTheyCome) {
       "time": {"do": "wait", "start": true, "seconds": 0.4}},
       "on": [{"entered": {"input": "button"}, "tell": "pushed"}]})");
   EXPECT_EQ(run(program, [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle % 2 == 0; }),
-            Progress::kDone);
+            operations::Progress::kDone);
   const int times = std::stoi(variables.monitors["t"]["pushed"]);
   EXPECT_NEAR(times, 200, 3);
   EXPECT_EQ(std::ranges::count_if(log, [](const auto& line) { return line.starts_with("t: told pushed (cycle "); }),
@@ -186,7 +186,7 @@ TEST_F(TransactionTest, WhatAnEarlierRunToldIsForgotten) {
        "on": [{"entered": {"input": "button"}, "tell": "pushed"}]},
       {"do": "log", "text": "$text(round) + ': ' + text(known(monitor('t', 'pushed')))"}]})_");
   EXPECT_EQ(run(program, [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle >= 20 && cycle < 40; }),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_TRUE(logged("log 0: true"));
   EXPECT_TRUE(logged("log 1: false")) << "a screw that was lost in the first try is not in the second";
@@ -202,7 +202,7 @@ TEST_F(TransactionTest, C3C4_StopEndsAllInsideAndACancelDoesWhatIsSaid) {
   };
   const auto length = [&](const std::string& text) {
     EXPECT_EQ(run(good(text), [&](int cycle, ProgramRunner&) { cell.button->sample.value = cycle > 100; }),
-              Progress::kDone);
+              operations::Progress::kDone);
     return cycles;
   };
   EXPECT_NEAR(length(with("\"forward\"")), 104, 4);
@@ -227,7 +227,7 @@ TEST_F(TransactionTest, MotionsAreBlendedIntoOneAndTellWhatTheyPassed) {
                 [&](int cycle, ProgramRunner&) {
                   if (lamp() && lit < 0) lit = cycle, at = tool();
                 }),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   ASSERT_GT(lit, 0);
   EXPECT_LT((at - from - Eigen::Vector3d(0, 0.1, 0)).norm(), 0.02) << "in the blend";
@@ -240,7 +240,7 @@ TEST_F(TransactionTest, WhatAStepWouldFailOfFailsTheTransactionAtItsPlace) {
   EXPECT_EQ(run(R"({"do": "transaction", "name": "t", "commands": {
       "down": {"do": "lin", "start": true, "to": {"by_m": [0, 0, -0.01]}, "until": {"sensor": "wrist", "above_N": 5e3}},
       "w": {"do": "wait", "start": true, "until": {"input": "button"}, "timeout_s": 0.1}}})"),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/down/until"));
   EXPECT_THAT(diagnostics, Reports(Code::kTimeout, "/program/commands/w/until", {"0.1"}));
   expect_good_end();
@@ -253,7 +253,7 @@ TEST_F(TransactionTest, WhatFailsStartsNothingThatWaitsForItsCompletion) {
       "alarm": {"do": "set", "output": "lamp", "value": true}},
     "on": [{"entered": {"completed": "down"}, "start": "screw"},
            {"entered": {"failed": "down"}, "start": "alarm"}]})"),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_FALSE(driver()) << "there is nothing to screw";
   EXPECT_TRUE(lamp());
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/down/until"));
@@ -269,7 +269,7 @@ TEST_F(TransactionTest, TheSeamIsNotWeldedWithoutAnArc) {
       "off": {"do": "set", "output": "driver", "value": false}},
     "on": [{"entered": {"completed": "arc"}, "start": "seam"},
            {"entered": {"timed_out": "arc"}, "start": "off"}]})"),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_LT((tool() - from).norm(), 1e-9) << "no arc, no seam";
   EXPECT_FALSE(driver()) << "the gas is off";
   EXPECT_THAT(diagnostics, Reports(Code::kTimeout, "/program/commands/arc/until"));
@@ -281,7 +281,7 @@ TEST_F(TransactionTest, N3_ASilentSensorBrakesAGuardedMotionAndIsTold) {
       "down": {"do": "lin", "start": true, "to": {"by_m": [0, 0, -0.1]}, "velocity_m_s": 0.05,
                "until": {"sensor": "wrist", "above_N": 500}}}})"),
                 [&](int cycle, ProgramRunner&) { cell.sensor->silent = cycle > 300; }),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kSensorSilent, "/program/commands/down/until"));
   expect_good_end();
 }
@@ -302,9 +302,10 @@ TEST_F(TransactionTest, AGripIsJudgedByHowItEnded) {
   };
   const Eigen::Isometry3d X_WF = cell.tool_in_world(cell.q()) * cell.cell.arms.at("arm").X_FT.inverse();
   const Eigen::Isometry3d X_FO = X_WF.inverse() * *cell.cell.frames.pose("block");
-  EXPECT_EQ(run(grip("0.01"), answer(device::GripperState::kHolding)), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(grip("0.01"), answer(device::GripperState::kHolding)), operations::Progress::kDone)
+      << diagnostics.to_string();
   EXPECT_TRUE(cell.cell.held["gripper"].X_FO.isApprox(X_FO, 1e-9)) << "where it was gripped, not where the arm is";
-  EXPECT_EQ(run(grip("0.02"), answer(device::GripperState::kIdle)), Progress::kFailed);
+  EXPECT_EQ(run(grip("0.02"), answer(device::GripperState::kIdle)), operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/commands/grip"));
 }
 
@@ -314,11 +315,11 @@ TEST_F(TransactionTest, TheRehearsalTakesArmsToTheirNaturalEnds) {
       "a": {"do": "lin", "start": true, "to": {"by_m": [0, 0.05, 0]}},
       "b": {"do": "lin", "to": {"by_m": [0.05, 0, 0]}}}, "on": [{"entered": {"completed": "a"}, "start": "b"}]},
       {"do": "lin", "to": {"by_m": [0, 0, 0.05]}}]})"),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_LT((tool() - from - Eigen::Vector3d(0.05, 0.05, 0.05)).norm(), 1e-6);
   expect_good_end();
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

@@ -2,7 +2,7 @@
 #include "tests/core/activity/fixture.h"
 #include "tests/support/reports.h"
 
-namespace takt::activity {
+namespace takt::program {
 namespace {
 
 using takt::test::Notes;
@@ -29,7 +29,7 @@ class TreeTest : public test::ActivityTest {
   }
   std::vector<std::string> said_by(const std::string& text) {
     log.clear();
-    EXPECT_EQ(run(text), Progress::kDone) << diagnostics.to_string();
+    EXPECT_EQ(run(text), operations::Progress::kDone) << diagnostics.to_string();
     return said();
   }
   Diagnostics rehearsed(const std::string& text) {
@@ -67,7 +67,7 @@ TEST_F(TreeTest, VariablesStandInStepsGoalsAndConditions) {
        "until": {"sensor": "wrist", "above_N": "$limit"}, "on_end": "continue"})",
                          R"({"place": {"in": "block", "position_m": [0, 0, 0.1]}, "up": "$0.05[m]", "speed": 0.4,
                              "limit": {"unit": "N", "value": 60}})")),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   const Eigen::Vector3d p = fake.tool_in_world(fake.q()).translation();
   const Eigen::Vector3d wanted = fake.cell.frames.pose("block")->translation() + Eigen::Vector3d(0, 0, 0.1);
@@ -79,7 +79,7 @@ TEST_F(TreeTest, MotionsWithExpressionsBlendToo) {
   EXPECT_EQ(run(sequence(R"({"do": "lin", "name": "a", "to": {"by_m": [0, 0, "$d"]}, "blend_m": 0.01},
                              {"do": "lin", "name": "b", "to": {"by_m": [0, "$d", 0]}})",
                          R"({"d": 0.05})")),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_EQ(steps_done, 2);
   EXPECT_EQ(std::ranges::count(log, "program: begin b"), 1);
@@ -105,7 +105,7 @@ TEST_F(TreeTest, AValueThatIsNotKnownStopsTheStepThatNeedsIt) {
   const Diagnostics before = rehearsed(late);
   EXPECT_FALSE(before.has_errors());
   EXPECT_THAT(before, Notes("/program/steps/0", {"h"}));
-  EXPECT_EQ(run(late), Progress::kFailed);
+  EXPECT_EQ(run(late), operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kNotKnownYet, "/program/steps/0", {"h"}));
   EXPECT_THAT(pointers(rehearsed(
                   sequence(R"({"do": "lin", "to": {"by_m": [0, 0, "$h"]}})", R"({"h": {"unit": "m", "nominal": 3}})"))),
@@ -136,7 +136,7 @@ TEST_F(TreeTest, ABranchAsksASensorInANet) {
   fake.extra.force = {0, 0, 80};
   EXPECT_THAT(said_by(ask), ElementsAre("pushed"));
   fake.sensor->silent = true;
-  EXPECT_EQ(run(ask), Progress::kFailed);
+  EXPECT_EQ(run(ask), operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program/cases/0/when"));
 }
 
@@ -185,15 +185,16 @@ TEST_F(TreeTest, RepeatAsksSensorsToo) {
   const Program program =
       good(R"({"do": "repeat", "until": {"sensor": "wrist", "above_N": 50}, "steps": [)" + wait(10) + "]}");
   EXPECT_EQ(run(program, [this](int cycle, ProgramRunner&) { fake.extra.force.z() = cycle >= 55 ? 80 : 0; }),
-            Progress::kDone);
+            operations::Progress::kDone);
   EXPECT_GT(cycles, 55);
   EXPECT_LT(cycles, 80);
 }
 
 TEST_F(TreeTest, ALoopWithoutEndIsAnError) {
-  EXPECT_EQ(run(R"({"do": "repeat", "while": true, "at_most": 5, "steps": [)" + wait(1) + "]}"), Progress::kFailed);
+  EXPECT_EQ(run(R"({"do": "repeat", "while": true, "at_most": 5, "steps": [)" + wait(1) + "]}"),
+            operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kConditionNotMet, "/program", {"5"}));
-  EXPECT_EQ(run(R"({"do": "repeat", "while": true, "at_most": 1000000, "steps": []})"), Progress::kFailed);
+  EXPECT_EQ(run(R"({"do": "repeat", "while": true, "at_most": 1000000, "steps": []})"), operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kTooLarge, "/program", {"10000"}));
   EXPECT_EQ(cycles, 0);
 }
@@ -262,7 +263,7 @@ TEST_F(TreeTest, TheFirstEndsTheOthers) {
 TEST_F(TreeTest, AFailureEndsTheOtherBranches) {
   EXPECT_EQ(run(R"({"do": "parallel", "branches": [)" + std::string(kMove) + "," +
                 sequence(wait(20) + R"(, {"do": "fail", "text": "no"})") + "]}"),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kRaised, "/program/branches/1/steps/1", {"no"}));
   EXPECT_TRUE(fake.core_arm().at_rest());
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -291,7 +292,7 @@ TEST_F(TreeTest, ProgramsAreCalledWithParameters) {
       sequence(R"({"do": "call", "program": "outer", "with": {"x": 4}, "as": "n"},)" + say("$text(n)"), R"({"n": 0})"),
       kPrograms);
   ASSERT_TRUE(program) << program.error().to_string();
-  EXPECT_EQ(run(*program), Progress::kDone) << diagnostics.to_string();
+  EXPECT_EQ(run(*program), operations::Progress::kDone) << diagnostics.to_string();
   EXPECT_THAT(said(), ElementsAre("10"));
   EXPECT_TRUE(program->rehearse(fake.cell).diagnostics.empty());
 }
@@ -349,7 +350,7 @@ TEST_F(TreeTest, AFailureIsHandled) {
 TEST_F(TreeTest, AFailureWithoutHandlerGoesOnUpAfterTidyingUp) {
   EXPECT_EQ(
       run(R"({"do": "try", "steps": [{"do": "fail", "text": "broken"}], "finally": [{"do": "log", "text": "tidy"}]})"),
-      Progress::kFailed);
+      operations::Progress::kFailed);
   EXPECT_THAT(said(), ElementsAre("tidy"));
   EXPECT_THAT(diagnostics, Reports(Code::kRaised, "/program/steps/0", {"broken"}));
 }
@@ -361,7 +362,7 @@ TEST_F(TreeTest, AnAttemptIsRepeated) {
                                R"({"n": 0})")),
               ElementsAre("2"));
   EXPECT_EQ(run(R"({"do": "try", "retry": 2, "steps": [{"do": "log", "text": "x"}, {"do": "fail", "text": "never"}]})"),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   EXPECT_EQ(std::ranges::count(log, "program: log x"), 3);
 }
 
@@ -373,7 +374,7 @@ TEST_F(TreeTest, AFailedMotionIsBrakedBeforeTheHandlerMoves) {
                                     "until": {"sensor": "wrist", "above_N": 500}}],
           "on_error": {"steps": [{"do": "ptp", "to": "home"}]}})"));
   EXPECT_EQ(run(guarded, [this](int cycle, ProgramRunner&) { fake.sensor->silent = cycle >= 200 && cycle < 260; }),
-            Progress::kDone)
+            operations::Progress::kDone)
       << diagnostics.to_string();
   EXPECT_EQ(fake.q(), fake.arm->home);
   EXPECT_LE(fake.worst_limit_share(), 1.0);
@@ -395,9 +396,9 @@ TEST_F(TreeTest, TryIsCheckedForForm) {
 // -- wait for an expression ----------------------------------------------------------------------------------------
 
 TEST_F(TreeTest, AWaitAsksAnExpressionEachCycle) {
-  EXPECT_EQ(run(R"({"do": "wait", "until": "$time() >= 0.05[s]"})"), Progress::kDone);
+  EXPECT_EQ(run(R"({"do": "wait", "until": "$time() >= 0.05[s]"})"), operations::Progress::kDone);
   EXPECT_EQ(fake.core.cycle(), 50);
-  EXPECT_EQ(run(R"({"do": "wait", "until": "$false", "timeout_s": 0.02})"), Progress::kFailed);
+  EXPECT_EQ(run(R"({"do": "wait", "until": "$false", "timeout_s": 0.02})"), operations::Progress::kFailed);
   EXPECT_THAT(diagnostics, Reports(Code::kTimeout, "/program/until", {"0.02"}));
 }
 
@@ -410,7 +411,7 @@ TEST_F(TreeTest, AHeldProgramBeginsNothing) {
                   if (cycle == 2) runner.hold(true);
                   if (cycle == 50) runner.hold(false);
                 }),
-            Progress::kDone);
+            operations::Progress::kDone);
   EXPECT_EQ(cycles, 50);
 }
 
@@ -427,7 +428,7 @@ TEST_F(TreeTest, SingleStepsBeginByPermissionOnly) {
                     EXPECT_THAT(said(), ElementsAre("a", "b"));
                   }
                 }),
-            Progress::kDone);
+            operations::Progress::kDone);
   EXPECT_EQ(cycles, 30);
 }
 
@@ -449,7 +450,7 @@ constexpr const char* kCount = R"({"count": {"parameters": {"x": {"type": "numbe
 TEST_F(TreeTest, D3_AProgramGoesOnFromItsStateAsData) {
   const auto program = with_programs(kLongProgram, kCount);
   ASSERT_TRUE(program) << program.error().to_string();
-  ASSERT_EQ(run(*program), Progress::kDone) << diagnostics.to_string();
+  ASSERT_EQ(run(*program), operations::Progress::kDone) << diagnostics.to_string();
   const auto whole = said();
   const int length = cycles;
   for (int at = 0; at < length; ++at) {
@@ -466,7 +467,7 @@ TEST_F(TreeTest, D3_AProgramGoesOnFromItsStateAsData) {
     });
     // A new runner, from the text.
     log.clear();
-    ASSERT_EQ(go_on(*program, text), Progress::kDone) << diagnostics.to_string();
+    ASSERT_EQ(go_on(*program, text), operations::Progress::kDone) << diagnostics.to_string();
     for (const std::string& line : said()) before.push_back(line);
     EXPECT_EQ(before, whole);
   }
@@ -485,12 +486,12 @@ TEST_F(TreeTest, D3_ARestoredParallelKnowsOfTheBranchThatHasFailed) {
                   braked = braked || (failed && !fake.core_arm().at_rest());
                   if (failed && cycle % 7 == 0) states.push_back(runner.snapshot().dump());
                 }),
-            Progress::kFailed);
+            operations::Progress::kFailed);
   ASSERT_TRUE(braked);
   ASSERT_GT(states.size(), 2u);
   for (const std::string& text : states) {
     const auto from = fake.q();
-    EXPECT_EQ(go_on(program, text), Progress::kFailed);
+    EXPECT_EQ(go_on(program, text), operations::Progress::kFailed);
     EXPECT_THAT(diagnostics, Reports(Code::kRaised, "/program/steps/0/branches/0/steps/1"));
     EXPECT_EQ(diagnostics.list().size(), 1u) << diagnostics.to_string();
     EXPECT_TRUE(said().empty()) << "nothing goes on after it";
@@ -519,7 +520,7 @@ TEST_F(TreeTest, D3_ARestoredSequenceKnowsThatItHasFailedWhileItsOpenMotionBrake
                   [&](int, ProgramRunner& runner) {
                     if (!said().empty()) states.push_back(runner.snapshot().dump());
                   }),
-              Progress::kFailed);
+              operations::Progress::kFailed);
     const Diagnostics told = diagnostics;
     EXPECT_THAT(told, takt::test::ReportsAnywhere(Code::kOutOfRange, {"-1"}));
     // The motion has hardly begun when the program fails, so it takes a few cycles to stop.
@@ -527,19 +528,19 @@ TEST_F(TreeTest, D3_ARestoredSequenceKnowsThatItHasFailedWhileItsOpenMotionBrake
     for (std::size_t i = 0; i < states.size(); i += 2) {
       log.clear();
       const auto from = fake.q();
-      EXPECT_EQ(go_on(program, states[i]), Progress::kFailed);
+      EXPECT_EQ(go_on(program, states[i]), operations::Progress::kFailed);
       EXPECT_EQ(diagnostics.to_string(), told.to_string());
       EXPECT_TRUE(said().empty()) << "nothing is begun again, and nothing goes on after it";
       EXPECT_EQ(fake.q(), from) << "and what was to end does not begin again";
     }
-    EXPECT_EQ(run(R"({"do": "ptp", "to": "home"})"), Progress::kDone);
+    EXPECT_EQ(run(R"({"do": "ptp", "to": "home"})"), operations::Progress::kDone);
   }
 }
 
 TEST_F(TreeTest, D3_AForeignStateIsRefused) {
   const Program program = good(sequence(wait(1)));
   for (const char* text : {"{}", "5", R"({"measured": {}, "steps_done": 1, "position": {}})"}) {
-    Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
+    activity::Context context{fake.cell, fake.core, variables, latency, [](auto, auto, auto) {}};
     ProgramRunner runner(program, context);
     EXPECT_TRUE(runner.restore(test::Json::parse(text)).has_errors()) << text;
   }
@@ -550,13 +551,14 @@ TEST_F(TreeTest, AProgramIsEnteredAtAName) {
                                         R"(, {"do": "log", "name": "here", "text": "c"}]},)" + say("d")));
   const auto from = [&](const char* name) {
     log.clear();
-    Context context{fake.cell, fake.core, variables, latency, [this](auto source, auto event, auto line) {
-                      log.push_back(std::string(source) + ": " + std::string(event) + " " + std::string(line));
-                    }};
+    activity::Context context{
+        fake.cell, fake.core, variables, latency, [this](auto source, auto event, auto line) {
+          log.push_back(std::string(source) + ": " + std::string(event) + " " + std::string(line));
+        }};
     ProgramRunner runner(program, context);
     const Diagnostics found = runner.enter(name);
     if (found.has_errors()) return std::vector<std::string>{std::string(name_of(found.list().front().code))};
-    while (runner.advance() == Progress::kRunning) fake.step();
+    while (runner.advance() == operations::Progress::kRunning) fake.step();
     return said();
   };
   EXPECT_THAT(from("here"), ElementsAre("c", "b", "c", "d"));
@@ -565,4 +567,4 @@ TEST_F(TreeTest, AProgramIsEnteredAtAName) {
 }
 
 }  // namespace
-}  // namespace takt::activity
+}  // namespace takt::program

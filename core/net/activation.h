@@ -19,9 +19,9 @@ namespace takt::net {
 /// Every function is an upper bound: where it is false, the thing cannot be. What exceeds a bound of this class
 /// becomes "may be anything", so two functions that exclude each other always do so in the running net too. Delayed
 /// links are followed into the cycles before. Realtime: setup.
-class Activity {
+class Activation {
  public:
-  explicit Activity(const FlatNet& flat);
+  explicit Activation(const FlatNet& flat);
 
   /// When the primitive runs: its fragment and all around it are active.
   [[nodiscard]] Bdd::Ref running(int primitive);

@@ -5,11 +5,11 @@
 
 #include "core/net/unit.h"
 
-namespace takt {
+namespace takt::net {
 
 /// The unit in which files give a number, beside the SI unit in which takt computes.
 struct FileUnit {
-  net::Dimension dimension;   ///< of the SI unit
+  Dimension dimension;        ///< of the SI unit
   double si_per_unit = 1.0;   ///< SI value of one unit: pi / 180 for degrees
   double units_per_si = 1.0;  ///< its inverse, kept apart so that neither direction rounds twice
 };
@@ -21,4 +21,4 @@ struct FileUnit {
 /// The part of a key that names the unit: "_m_s2" of "m/s^2", "_Nm_rad" of "Nm/rad"; empty for no unit.
 [[nodiscard]] std::string key_suffix(std::string_view unit);
 
-}  // namespace takt
+}  // namespace takt::net

@@ -9,7 +9,7 @@
 namespace takt::device {
 
 /// A metric thread and the socket head cap screw that goes with it, SI units (docs/threads.md).
-struct Thread {
+struct ScrewThread {
   double pitch = 0.0;           ///< m a turn
   double major = 0.0;           ///< m, outer diameter of the screw
   double pitch_diameter = 0.0;  ///< m, where the flanks meet: the lever of their friction
@@ -21,10 +21,10 @@ struct Thread {
   double friction = 0.0;                          ///< of the flanks
 };
 
-using ThreadTable = std::map<std::string, Thread>;
+using ScrewThreadTable = std::map<std::string, ScrewThread>;
 
 /// The file `threads.json` beside the models of the library, of each of its folders. Empty where there is no such
 /// file; a size in two of them is a diagnostic. Realtime: setup.
-[[nodiscard]] Result<ThreadTable> read_threads(const ModelLibrary& library);
+[[nodiscard]] Result<ScrewThreadTable> read_threads(const ModelLibrary& library);
 
 }  // namespace takt::device

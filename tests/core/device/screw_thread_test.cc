@@ -1,5 +1,5 @@
 // The table of threads that comes with the models, against the formulas of the standard.
-#include "core/device/thread.h"
+#include "core/device/screw_thread.h"
 
 #include <filesystem>
 #include <fstream>
@@ -13,7 +13,7 @@
 namespace takt::device {
 namespace {
 
-TEST(ThreadTable, TheModelsHaveMetricCoarseThreads) {
+TEST(ScrewThreadTable, TheModelsHaveMetricCoarseThreads) {
   const auto table = read_threads(ModelLibrary({"models"}));
   ASSERT_TRUE(table) << table.error().to_string();
   std::vector<std::string> sizes;
@@ -28,7 +28,7 @@ TEST(ThreadTable, TheModelsHaveMetricCoarseThreads) {
   EXPECT_DOUBLE_EQ(table->at("M8").pitch, 0.00125);
 }
 
-TEST(ThreadTable, WhatDoesNotFitIsReported) {
+TEST(ScrewThreadTable, WhatDoesNotFitIsReported) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "takt_threads";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);

@@ -1,10 +1,10 @@
-#include "core/expression/file_unit.h"
+#include "core/net/file_unit.h"
 
 #include <cassert>
 #include <numbers>
 #include <string>
 
-namespace takt {
+namespace takt::net {
 namespace {
 
 constexpr std::string_view kDegree = "deg";
@@ -21,7 +21,7 @@ FileUnit file_unit(std::string_view text) {
     unit.si_per_unit = std::numbers::pi / 180.0;
     unit.units_per_si = 180.0 / std::numbers::pi;
   }
-  const auto terms = net::parse_unit(si);
+  const auto terms = parse_unit(si);
   assert(terms && terms->size() == 1 && terms->front().variables.empty());
   unit.dimension = terms->front().dimension;
   return unit;
@@ -37,4 +37,4 @@ std::string key_suffix(std::string_view unit) {
   return suffix;
 }
 
-}  // namespace takt
+}  // namespace takt::net

@@ -1,4 +1,4 @@
-#include "core/device/thread.h"
+#include "core/device/screw_thread.h"
 
 #include <filesystem>
 #include <set>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kThreadsFile = "threads.json";
 
-void read_head(ObjectReader& parent, Thread& thread) {
+void read_head(ObjectReader& parent, ScrewThread& thread) {
   const nlohmann::ordered_json* json = parent.object("head");
   if (!json) return;
   ObjectReader head(*json, parent.at("head"), parent.diagnostics());
@@ -26,7 +26,7 @@ void read_head(ObjectReader& parent, Thread& thread) {
 }
 
 /// From the inside out: each diameter is larger than the one before.
-void check_order(const Thread& thread, const std::string& pointer, Diagnostics& diagnostics) {
+void check_order(const ScrewThread& thread, const std::string& pointer, Diagnostics& diagnostics) {
   const bool ordered = thread.minor < thread.pitch_diameter && thread.pitch_diameter < thread.major &&
                        thread.major < thread.clearance && thread.clearance < thread.head_diameter &&
                        thread.pitch < thread.major && thread.socket_width < thread.head_diameter &&
@@ -36,9 +36,9 @@ void check_order(const Thread& thread, const std::string& pointer, Diagnostics& 
                     "Keep minor < pitch diameter < major < clearance < head, and the socket inside the head");
 }
 
-Thread read_thread(const nlohmann::ordered_json& json, const std::string& pointer, Diagnostics& diagnostics) {
+ScrewThread read_thread(const nlohmann::ordered_json& json, const std::string& pointer, Diagnostics& diagnostics) {
   ObjectReader reader(json, pointer, diagnostics);
-  Thread thread;
+  ScrewThread thread;
   thread.pitch = reader.number("pitch_m", {}, kPositive);
   thread.major = reader.number("major_m", {}, kPositive);
   thread.pitch_diameter = reader.number("pitch_diameter_m", {}, kPositive);
@@ -53,7 +53,7 @@ Thread read_thread(const nlohmann::ordered_json& json, const std::string& pointe
   return thread;
 }
 
-void read_file_of(const std::filesystem::path& file, ThreadTable& table, Diagnostics& diagnostics) {
+void read_file_of(const std::filesystem::path& file, ScrewThreadTable& table, Diagnostics& diagnostics) {
   auto json = read_json(file);
   if (!json) return diagnostics.append(json.error());
   Diagnostics own;
@@ -63,7 +63,7 @@ void read_file_of(const std::filesystem::path& file, ThreadTable& table, Diagnos
   for (auto entry = entries ? entries->begin() : nlohmann::ordered_json::const_iterator{};
        entries && entry != entries->end(); ++entry) {
     const std::string pointer = reader.at("threads") + pointer_segment(entry.key());
-    const Thread thread = read_thread(*entry, pointer, own);
+    const ScrewThread thread = read_thread(*entry, pointer, own);
     if (!table.emplace(entry.key(), thread).second) {
       own.error(Code::kDuplicate, pointer, fmt::format("the thread '{}' is known from another folder", entry.key()),
                 "Choose another name");
@@ -76,12 +76,12 @@ void read_file_of(const std::filesystem::path& file, ThreadTable& table, Diagnos
 
 }  // namespace
 
-Result<ThreadTable> read_threads(const ModelLibrary& library) {
+Result<ScrewThreadTable> read_threads(const ModelLibrary& library) {
   std::set<std::filesystem::path> folders;
   for (const std::string& name : library.names()) {
     if (const auto folder = library.find(name)) folders.insert(folder->parent_path());
   }
-  ThreadTable table;
+  ScrewThreadTable table;
   Diagnostics diagnostics;
   for (const auto& folder : folders) {
     std::error_code ignored;

@@ -1,4 +1,4 @@
-#include "core/net/activity.h"
+#include "core/net/activation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +11,11 @@ namespace takt::net {
 using Kind = Formula::Step::Kind;
 using Ref = Bdd::Ref;
 
-Activity::Activity(const FlatNet& flat) : flat_(flat), bdd_(kMostNodes) {}
+Activation::Activation(const FlatNet& flat) : flat_(flat), bdd_(kMostNodes) {}
 
-Ref Activity::running(int primitive) { return resolve({What::kRunning, flat_.fragment_of(primitive), 0}).yes; }
+Ref Activation::running(int primitive) { return resolve({What::kRunning, flat_.fragment_of(primitive), 0}).yes; }
 
-Ref Activity::present_at(int primitive, int port) {
+Ref Activation::present_at(int primitive, int port) {
   for (;;) {
     missing_.clear();
     const Ref present = present_input(primitive, port, 0);
@@ -25,12 +25,12 @@ Ref Activity::present_at(int primitive, int port) {
   }
 }
 
-bool Activity::exclude(Ref a, Ref b) {
+bool Activation::exclude(Ref a, Ref b) {
   const Ref together = bdd_.both(bdd_.both(a, b), world_);
   return together == Bdd::kFalse && !bdd_.overflowed();
 }
 
-std::string Activity::example(Ref a, Ref b) {
+std::string Activation::example(Ref a, Ref b) {
   constexpr std::size_t kMostShown = 4;
   std::vector<std::string> parts;
   for (const auto& [variable, value] : bdd_.example(bdd_.both(bdd_.both(a, b), world_))) {
@@ -44,7 +44,7 @@ std::string Activity::example(Ref a, Ref b) {
 
 // Evaluation on demand with a stack of its own: an item that needs others waits until they are known.
 
-const Activity::Tristate& Activity::resolve(const Item& item) {
+const Activation::Tristate& Activation::resolve(const Item& item) {
   std::vector<Item> open{item};
   std::map<Item, int> visits;
   while (!open.empty()) {
@@ -66,7 +66,7 @@ const Activity::Tristate& Activity::resolve(const Item& item) {
   return memo_[item];
 }
 
-const Activity::Tristate& Activity::look(const Item& item) {
+const Activation::Tristate& Activation::look(const Item& item) {
   static const Tristate kAnything;
   const auto found = memo_.find(item);
   if (found != memo_.end()) return found->second;
@@ -74,7 +74,7 @@ const Activity::Tristate& Activity::look(const Item& item) {
   return kAnything;
 }
 
-Activity::Tristate Activity::evaluate(const Item& item) {
+Activation::Tristate Activation::evaluate(const Item& item) {
   switch (item.what) {
     case What::kSignal:
       return signal(item.index, item.back);
@@ -86,7 +86,7 @@ Activity::Tristate Activity::evaluate(const Item& item) {
   return present(item.index, item.back);
 }
 
-Activity::Tristate Activity::signal(int output, int back) {
+Activation::Tristate Activation::signal(int output, int back) {
   const int node = node_of(output), port = output - flat_.output_base[static_cast<std::size_t>(node)];
   const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
   Tristate value;
@@ -103,7 +103,7 @@ Activity::Tristate Activity::signal(int output, int back) {
   return ever_rests(fragment) ? gated(value, look({What::kRunning, fragment, back})) : value;
 }
 
-Activity::Tristate Activity::running_fragment(int fragment, int back) {
+Activation::Tristate Activation::running_fragment(int fragment, int back) {
   if (!ever_rests(fragment)) return constant(true);
   const int parent = flat_.fragments[static_cast<std::size_t>(fragment)].parent;
   const Tristate outer = look({What::kRunning, parent, back});
@@ -112,7 +112,7 @@ Activity::Tristate Activity::running_fragment(int fragment, int back) {
 }
 
 /// Null in, null out: a value needs its fragment and all inputs that do not handle null themselves.
-Activity::Tristate Activity::present(int output, int back) {
+Activation::Tristate Activation::present(int output, int back) {
   const int node = node_of(output);
   const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
   Ref there = look({What::kRunning, flat_.fragment_of(node), back}).yes;
@@ -129,12 +129,12 @@ Activity::Tristate Activity::present(int output, int back) {
 
 // What arrives at inputs.
 
-const FlatLink* Activity::link_into(int node, int port) const {
+const FlatLink* Activation::link_into(int node, int port) const {
   const int link = flat_.input_link[static_cast<std::size_t>(flat_.input_base[static_cast<std::size_t>(node)] + port)];
   return link < 0 ? nullptr : &flat_.links[static_cast<std::size_t>(link)];
 }
 
-Activity::Tristate Activity::read(int node, int port, int back) {
+Activation::Tristate Activation::read(int node, int port, int back) {
   const FlatLink* link = link_into(node, port);
   if (link == nullptr) {
     if (flat_.is_gate(node)) return constant(true);
@@ -155,7 +155,7 @@ Activity::Tristate Activity::read(int node, int port, int back) {
   return {choose(begin.yes, before.yes), choose(begin.no, before.no), choose(begin.null, before.null)};
 }
 
-Ref Activity::present_input(int node, int port, int back) {
+Ref Activation::present_input(int node, int port, int back) {
   const FlatLink* link = link_into(node, port);
   if (link == nullptr) {
     const auto* given = flat_.constant(node, port);
@@ -170,12 +170,12 @@ Ref Activity::present_input(int node, int port, int back) {
   return bdd_.either(bdd_.both(now, begins ? Bdd::kTrue : Bdd::kFalse), bdd_.both(bdd_.opposite(now), before));
 }
 
-Activity::Origin Activity::memory(const FlatLink& link, int back) const {
+Activation::Origin Activation::memory(const FlatLink& link, int back) const {
   return {output_number(link.from, link.from_port), back, link.fragment, flat_.description(link).initial.dump()};
 }
 
 /// A Merge hands on one of its inputs.
-Activity::Tristate Activity::merged(int node, int back) {
+Activation::Tristate Activation::merged(int node, int back) {
   Tristate value{Bdd::kFalse, Bdd::kFalse, Bdd::kTrue};
   for (int port = 0; port < flat_.input_count(node); ++port) {
     const Tristate input = read(node, port, back);
@@ -186,7 +186,7 @@ Activity::Tristate Activity::merged(int node, int back) {
 
 // Meanings.
 
-const Formula* Activity::formula_of(int node, int port) {
+const Formula* Activation::formula_of(int node, int port) {
   const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
   const auto [known, fresh] = formulas_.try_emplace({&info, port});
   if (fresh) {
@@ -197,14 +197,14 @@ const Formula* Activity::formula_of(int node, int port) {
   return known->second ? &*known->second : nullptr;
 }
 
-Activity::Tristate Activity::meaning(const Formula& formula, int node, int output, int back) {
+Activation::Tristate Activation::meaning(const Formula& formula, int node, int output, int back) {
   std::vector<Tristate> stack;
   for (const Formula::Step& one : formula.steps) stack.push_back(step(one, node, output, back, stack));
   return stack.back();
 }
 
-Activity::Tristate Activity::step(const Formula::Step& step, int node, int output, int back,
-                                  std::vector<Tristate>& stack) {
+Activation::Tristate Activation::step(const Formula::Step& step, int node, int output, int back,
+                                      std::vector<Tristate>& stack) {
   const auto pop = [&stack] {
     const Tristate top = stack.back();
     stack.pop_back();
@@ -235,25 +235,25 @@ Activity::Tristate Activity::step(const Formula::Step& step, int node, int outpu
   return either(both(a, opposite(b)), both(opposite(a), b));
 }
 
-Activity::Tristate Activity::both(const Tristate& a, const Tristate& b) {
+Activation::Tristate Activation::both(const Tristate& a, const Tristate& b) {
   const Ref null = bdd_.either(bdd_.both(a.null, bdd_.either(b.null, b.yes)), bdd_.both(a.yes, b.null));
   return {bdd_.both(a.yes, b.yes), bdd_.either(a.no, b.no), null};
 }
 
-Activity::Tristate Activity::either(const Tristate& a, const Tristate& b) {
+Activation::Tristate Activation::either(const Tristate& a, const Tristate& b) {
   return opposite(both(opposite(a), opposite(b)));
 }
 
-Activity::Tristate Activity::otherwise(const Tristate& a, const Tristate& b) {
+Activation::Tristate Activation::otherwise(const Tristate& a, const Tristate& b) {
   return {bdd_.either(a.yes, bdd_.both(a.null, b.yes)), bdd_.either(a.no, bdd_.both(a.null, b.no)),
           bdd_.both(a.null, b.null)};
 }
 
-Activity::Tristate Activity::gated(Tristate value, const Tristate& running) {
+Activation::Tristate Activation::gated(Tristate value, const Tristate& running) {
   return {bdd_.both(value.yes, running.yes), bdd_.both(value.no, running.yes), bdd_.either(value.null, running.no)};
 }
 
-Activity::Tristate Activity::is_null(int node, int port, int back) {
+Activation::Tristate Activation::is_null(int node, int port, int back) {
   if (flat_.input(node, port).type == ValueType::kBoolean) {
     const Tristate value = read(node, port, back);
     return {value.null, bdd_.either(value.yes, value.no), Bdd::kFalse};
@@ -269,7 +269,7 @@ Activity::Tristate Activity::is_null(int node, int port, int back) {
   return {bdd_.either(null, running.no), bdd_.both(bdd_.opposite(null), present), Bdd::kFalse};
 }
 
-Activity::Operand Activity::operand(const FormulaNumber& number, int node, int back) {
+Activation::Operand Activation::operand(const FormulaNumber& number, int node, int back) {
   if (number.input < 0) return {.constant = number.literal, .origin = {}};
   const bool integer = flat_.input(node, number.input).type == ValueType::kInteger;
   const FlatLink* link = link_into(node, number.input);
@@ -285,7 +285,7 @@ Activity::Operand Activity::operand(const FormulaNumber& number, int node, int b
 }
 
 /// Two numbers: one of them constant, or their difference against zero.
-Activity::Tristate Activity::compare(const Formula::Step& step, int node, int back) {
+Activation::Tristate Activation::compare(const Formula::Step& step, int node, int back) {
   Operand a = operand(step.a, node, back), b = operand(step.b, node, back);
   if ((!a.constant && !a.origin) || (!b.constant && !b.origin)) return {Bdd::kFalse, Bdd::kFalse, Bdd::kTrue};
   if (a.constant && b.constant) {
@@ -320,7 +320,7 @@ Activity::Tristate Activity::compare(const Formula::Step& step, int node, int ba
 
 // What LOAD cannot look into.
 
-Activity::Tristate Activity::atom(const Origin& origin) {
+Activation::Tristate Activation::atom(const Origin& origin) {
   auto found = atoms_.find(origin);
   if (found == atoms_.end()) {
     found = atoms_.emplace(origin, std::pair{bdd_.variable(), bdd_.variable()}).first;
@@ -343,7 +343,7 @@ Activity::Tristate Activity::atom(const Origin& origin) {
 }
 
 /// The outputs of a group that are in play: no two are true.
-void Activity::keep_exclusive(const Origin& origin) {
+void Activation::keep_exclusive(const Origin& origin) {
   const int node = node_of(origin.output), base = flat_.output_base[static_cast<std::size_t>(node)];
   const PrimitiveInfo& info = *flat_.primitives[static_cast<std::size_t>(node)].info;
   const std::string& name = info.outputs[static_cast<std::size_t>(origin.output - base)].name;
@@ -360,14 +360,14 @@ void Activity::keep_exclusive(const Origin& origin) {
   }
 }
 
-Activity::Cuts& Activity::cuts(const Number& number) {
+Activation::Cuts& Activation::cuts(const Number& number) {
   const auto [found, fresh] = numbers_.try_emplace(number);
   if (fresh) found->second.null = bdd_.variable();
   return found->second;
 }
 
 /// Whether a number is below a cut. Cuts of one number are nested.
-Ref Activity::cut(Cuts& cuts, Cut at, bool integer) {
+Ref Activation::cut(Cuts& cuts, Cut at, bool integer) {
   if (integer && at.second == 1 && at.first == std::floor(at.first)) at = {at.first + 1.0, 0};
   const auto [place, fresh] = cuts.below.try_emplace(at);
   if (!fresh) return place->second;
@@ -379,13 +379,13 @@ Ref Activity::cut(Cuts& cuts, Cut at, bool integer) {
 }
 
 /// Whether the net began so many cycles ago.
-Ref Activity::first(int back) {
+Ref Activation::first(int back) {
   const auto [found, fresh] = first_.try_emplace(back);
   if (fresh) found->second = bdd_.variable();
   return found->second;
 }
 
-int Activity::node_of(int output) const {
+int Activation::node_of(int output) const {
   return static_cast<int>(std::ranges::upper_bound(flat_.output_base, output) - flat_.output_base.begin()) - 1;
 }
 

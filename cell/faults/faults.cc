@@ -1,0 +1,85 @@
+#include "cell/faults/faults.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "cell/faults/fault_kinds.h"
+
+namespace takt::cell {
+namespace {
+
+constexpr Range kFaultTime{.low = 0.0, .high = kLongestRun};
+
+}  // namespace
+
+KindRegistry<FaultKind>& FaultKind::registry() {
+  static KindRegistry<FaultKind> kinds({device_fault(), emergency_stop_fault(), push_fault(), release_fault(),
+                                        reset_fault(), sensor_fault(), stop_fault(), tool_changer_fault()});
+  return kinds;
+}
+
+Result<std::vector<ScheduledFault>> make_faults(const std::vector<FaultEntry>& entries, BuiltCell& built) {
+  Diagnostics diagnostics;
+  std::vector<ScheduledFault> faults;
+  for (const FaultEntry& entry : entries) {
+    ObjectReader object(entry.json, entry.pointer, diagnostics);
+    (void)object.number("at_s", {}, kFaultTime);
+    (void)object.choice("do", FaultKind::registry().names(), FaultEntry::kDefaultKind);
+    const FaultKind* kind = FaultKind::registry().find(entry.kind);
+    if (kind == nullptr) continue;
+    FaultReader from(kind->form, object, built);
+    faults.push_back({.at = entry.at, .fault = kind->make(from)});
+    from.check_rules();
+    object.finish();
+  }
+  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
+  return faults;
+}
+
+nlohmann::ordered_json fault_schema() {
+  using Json = nlohmann::ordered_json;
+  const auto& kinds = FaultKind::registry();
+  return {{"type", "object"},
+          {"description", "A fault, or an action of a person at the cabinet, at a given time."},
+          {"required", Json::array({"at_s"})},
+          {"properties",
+           {{"at_s",
+             {{"type", "number"},
+              {"minimum", 0},
+              {"maximum", static_cast<int>(kLongestRun)},
+              {"description", "Simulated time, s."}}},
+            {"do",
+             {{"enum", kinds.names()}, {"default", FaultEntry::kDefaultKind}, {"description", "Kind of the fault."}}}}},
+          {"allOf", schema_of_kinds(kinds.forms(), "do", FaultEntry::kDefaultKind, {"at_s", "do"})}};
+}
+
+Diagnostics check_faults_of_machines(const std::vector<FaultEntry>& entries) {
+  Diagnostics diagnostics;
+  for (const FaultEntry& entry : entries) {
+    const FaultKind* kind = FaultKind::registry().find(entry.kind);
+    if (kind == nullptr || kind->of_machine) continue;
+    diagnostics.error(Code::kUnsupported, entry.pointer,
+                      fmt::format("'{}' is a fault of the process with the core, not of a machine", entry.kind),
+                      "Remove it with --set, and leave it to takt run");
+  }
+  return diagnostics;
+}
+
+void Faults::apply(Nanoseconds now) {
+  scene_.circuit.begin_cycle();
+  for (; next_ < faults_.size() && faults_[next_].at <= now; ++next_) {
+    Fault& fault = *faults_[next_].fault;
+    fault.begin(scene_);
+    if (fault.duration) lasting_.push_back({.fault = &fault, .until = now + *fault.duration});
+  }
+  std::erase_if(lasting_, [&](const Lasting& one) {
+    if (one.until > now) return false;
+    one.fault->end(scene_);
+    return true;
+  });
+  scene_.circuit.end_cycle();
+}
+
+}  // namespace takt::cell
