@@ -16,9 +16,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/rcc/watch.h"
-#include "serve/hosted_cell.h"
+#include "serve/panel_files.h"
 #include "serve/picture_maker.h"
 #include "serve/routes.h"
+#include "serve/served_cell.h"
 #include "serve/streams.h"
 
 namespace takt::serve {
@@ -27,9 +28,10 @@ namespace takt::serve {
 /// long there (reading a net) goes to a thread of its own, so that STOP never waits for it.
 class Api {
  public:
+  /// @param page  what "/" hands out
   /// @param log  a line about who took, lost or stopped what
   /// @param post  has something done on the thread of the server
-  Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log,
+  Api(ServedCell& cell, Access access, PanelFiles page, std::function<void(const std::string& line)> log,
       std::function<void(std::function<void()> work)> post);
   ~Api();
   Api(const Api&) = delete;
@@ -51,6 +53,7 @@ class Api {
   void add_watch_routes();
   void add_stream_routes();
   void add_scene_routes();
+  void add_program_routes();
 
   // api.cc
   void dispatch(const Route& route, Call& call, const Respond& respond);
@@ -65,6 +68,7 @@ class Api {
   [[nodiscard]] HttpResponse list_nets() const;
   [[nodiscard]] HttpResponse net_state(const Call& call) const;
   [[nodiscard]] HttpResponse net_report(const Call& call) const;
+  [[nodiscard]] HttpResponse net_graph(const Call& call) const;
   [[nodiscard]] HttpResponse unload(const Call& call);
   [[nodiscard]] HttpResponse command(const Call& call, const std::string& what);
   [[nodiscard]] HttpResponse post_rule(const Call& call);
@@ -91,7 +95,7 @@ class Api {
   [[nodiscard]] HttpResponse drop_watch(const Call& call);
 
   // api_streams.cc
-  [[nodiscard]] HttpResponse scene() const;
+  [[nodiscard]] HttpResponse make_scene() const;
   [[nodiscard]] HttpResponse mesh(const Call& call) const;
   void picture(const Call& call, const Respond& respond);
 
@@ -101,8 +105,9 @@ class Api {
     std::optional<HttpResponse> response;
   };
 
-  HostedCell& cell_;
+  ServedCell& cell_;
   Access access_;
+  const PanelFiles page_;
   std::function<void(const std::string& line)> log_;
   std::vector<Route> routes_;
   std::string holder_name_;
@@ -117,6 +122,7 @@ class Api {
   std::condition_variable_any wake_;
   Streams streams_;
   PictureMaker pictures_;
+  HttpResponse scene_;   ///< as the cell was before it ran: a program changes its frames
   std::jthread worker_;  ///< last: it uses what is above
 };
 

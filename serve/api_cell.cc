@@ -1,7 +1,11 @@
 // The cell as a whole: state, devices, events, time, lease, STOP.
+#include <algorithm>
+#include <array>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/site_devices.h"
 #include "core/base/object_reader.h"
 #include "serve/api.h"
 #include "serve/cell_json.h"
@@ -44,6 +48,34 @@ CellJson data_sheet(const device::ArmDescription& arm) {
           {"home", joints_json(arm.home)}};
 }
 
+/// The most serious of all devices: what moves counts before what is emulated, and that before what is simulated.
+const char* reality_of(const std::map<std::string, device::BackendMode>& realities) {
+  static constexpr std::array kNames = {"SIM", "EMULATED", "HARDWARE"};
+  auto most = device::BackendMode::kSimulated;
+  for (const auto& [name, reality] : realities) most = std::max(most, reality);
+  return kNames.at(static_cast<std::size_t>(most));
+}
+
+/// What stands in the way now: cause, since when, and what to do.
+CellJson faults_json(const CellView& view, const cell::BuiltCell& built, Nanoseconds period) {
+  CellJson faults = CellJson::array();
+  const auto add = [&](const std::string& device, std::int64_t cycle, const std::string& cause, const char* hint) {
+    faults.push_back({{"device", device},
+                      {"cycle", cycle},
+                      {"time_s", to_seconds(period) * static_cast<double>(cycle)},
+                      {"cause", cause},
+                      {"hint", hint}});
+  };
+  if (view.emergency_stop)
+    add(built.emergency_stop->name(), view.emergency_cycle, "the emergency stop is pressed",
+        "Release it, then reset it");
+  for (const ArmView& arm : view.arms)
+    if (arm.fault != 0)
+      add(arm.name, arm.fault_cycle, built.cell.arms.at(arm.name).device->fault_text(arm.fault),
+          "Remove the cause, then reset the arm");
+  return faults;
+}
+
 template <class Map>
 void add_names(const Map& devices, const char* kind, CellJson& list) {
   for (const auto& [name, device] : devices) list.push_back({{"name", name}, {"kind", kind}});
@@ -64,6 +96,12 @@ void Api::add_cell_routes() {
                     .handle = [this](const Call&, const Respond& respond) { respond(state()); }};
   state_route.answer.push_back({"realtime", "boolean", "the wall clock's pace; else POST /v1/steps"});
   state_route.answer.push_back({"holder", "integer", "fence of the lease; 0: nobody holds it"});
+  state_route.answer.push_back({"holder_name", "string", "who holds the lease; empty: nobody"});
+  state_route.answer.push_back({"title", "string", "of the file"});
+  state_route.answer.push_back({"reality", "string", "SIM, EMULATED or HARDWARE: the most serious of all devices"});
+  state_route.answer.push_back({"program", "boolean", "a program commands the cell (/v1/program), no client does"});
+  state_route.answer.push_back({"health", "object", "overruns: cycles that began late; worst_cycle_s: the longest, s"});
+  state_route.answer.push_back({"faults", "array", "device, cycle, time_s, cause, hint of what stands in the way now"});
   routes_.push_back(std::move(state_route));
   routes_.push_back({.method = "GET",
                      .path = "/v1/devices",
@@ -136,10 +174,16 @@ void Api::add_cell_routes() {
 }
 
 HttpResponse Api::state() const {
-  CellJson json = to_json(cell_.view());
+  const CellView view = cell_.view();
+  CellJson json = to_json(view);
+  json["holder_name"] = cell_.lease().holder() != 0 ? holder_name_ : "";
   json["realtime"] = cell_.realtime();
   json["holder"] = cell_.lease().holder();
   json["title"] = cell_.description().title;
+  json["reality"] = reality_of(cell_.built().site->realities());
+  json["program"] = cell_.program() != nullptr;
+  json["health"] = {{"overruns", view.overruns}, {"worst_cycle_s", to_seconds(view.worst_cycle)}};
+  json["faults"] = faults_json(view, cell_.built(), cell_.period());
   return json_answer(200, json);
 }
 
@@ -209,6 +253,10 @@ HttpResponse Api::take_lease(const Call& call) {
   const bool take_over = reader.boolean("take_over", false);
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
+  if (cell_.program() != nullptr) {
+    diagnostics.error(Code::kConflict, "", "a program commands this cell", "Ask for what /v1/program can do");
+    return problem(409, "the cell is commanded by a program", diagnostics);
+  }
   if (cell_.lease().holder() != 0 && !take_over) {
     diagnostics.error(Code::kConflict, "/take_over", fmt::format("'{}' holds the lease", holder_name_),
                       "Wait, or send take_over: true");
@@ -237,7 +285,7 @@ HttpResponse Api::release_lease(const Call& call) {
 }
 
 HttpResponse Api::stop(const Call& call) {
-  cell_.core().stop_all(net::Cause::Code::kAborted, fmt::format("STOP by '{}'", call.client.name));
+  cell_.stop_all(call.client.name);
   log_(fmt::format("STOP by '{}'", call.client.name));
   return json_answer(200, {{"stopped", true}});
 }

@@ -31,7 +31,7 @@ std::vector<std::string> hosts_of(const Server::Options& options, unsigned short
 
 bool is_loopback(const std::string& address) { return address.starts_with("127.") || address == "::1"; }
 
-Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& options) {
+Result<std::unique_ptr<Server>> Server::open(ServedCell& cell, const Options& options) {
   if (!is_loopback(options.http.address) && options.tokens.empty())
     return failure(Code::kRequires, "--tokens",
                    fmt::format("'{}' can be reached by others, and there are no tokens", options.http.address),
@@ -51,7 +51,8 @@ Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& op
   Access access(
       {.tokens = options.tokens, .hosts = hosts_of(options, server->http_->port()), .origins = options.origins});
   server->api_ = std::make_unique<Api>(
-      cell, std::move(access), options.log ? options.log : [](const std::string&) {}, server->http_->poster());
+      cell, std::move(access), options.page, options.log ? options.log : [](const std::string&) {},
+      server->http_->poster());
   ready->set_value(server->api_.get());
   return server;
 }
