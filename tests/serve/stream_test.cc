@@ -166,6 +166,8 @@ TEST(Streams, MonitorsShowValuesOfNetsAndArms) {
   EXPECT_EQ(monitored["every"], 1);
   stream.send({{"op", "monitor"}, {"id", 8}, {"arm", "arm"}, {"value", "q_measured"}});
   EXPECT_EQ(stream.await("monitored")["type"], "Joints");
+  stream.send({{"op", "monitor"}, {"id", 9}, {"sensor", "wrist"}});
+  EXPECT_EQ(stream.await("monitored")["type"], "Wrench");
   (void)client.post("/v1/steps", {{"cycles", 20}});
   std::optional<Frame> frame;
   for (std::uint32_t number = 1; !frame || frame->of(7) == nullptr; ++number) {
@@ -177,6 +179,7 @@ TEST(Streams, MonitorsShowValuesOfNetsAndArms) {
   EXPECT_EQ(frame->kind, 1);
   EXPECT_EQ(frame->version, 1);
   EXPECT_EQ(frame->cycle, served.cell->core().cycle() - 1);
+  ASSERT_NE(frame->of(9), nullptr);
   const FrameEntry &wrench = *frame->of(7), &joints = *frame->of(8);
   EXPECT_EQ(wrench.type, 8);
   EXPECT_EQ(wrench.cycle, frame->cycle);
@@ -353,6 +356,7 @@ TEST(Streams, BrokenMessagesCloseOrAreRefused) {
         {{{"op", "monitor"}, {"id", 1}, {"poses", true}, {"arm", "arm"}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"poses", false}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"arm", "amr"}, {"value", "q_measured"}}, 422},
+        {{{"op", "monitor"}, {"id", 1}, {"sensor", "wirst"}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"channel", "nothing"}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"net", 77}, {"port", "a.b"}}, 422},
         {{{"op", "rate"}, {"id", 1}, {"every", 1}}, 404},
