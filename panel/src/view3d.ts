@@ -1,108 +1,211 @@
 // The cell in 3D: meshes once, poses as they come, drawn only when something has changed.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import type { Json, Link } from "./link";
+import type { Scene } from "./api";
+import { h, setText } from "./dom";
 import type { Poses } from "./frames";
+import type { Link } from "./link";
+import { Pacer } from "./pacer";
+import { group, mesh, place } from "./scene";
+import { Trail } from "./trail";
 
 /** Directions from the middle of the cell to the camera. */
-const VIEWS: Record<string, [number, number, number]> = { front: [1, 0, 0.3], left: [0, 1, 0.3], top: [0.001, 0, 1], corner: [1, -1, 0.6] };
+const VIEWS: Record<string, [number, number, number]> = { corner: [1, -1, 0.55], front: [1, 0, 0.25], left: [0, 1, 0.25], top: [0.001, 0, 1] };
+const POSES_EVERY_S = 0.033;
+const FORCES_EVERY_S = 0.05;
+const METRES_PER_NEWTON = 0.01;
+const LEAST_FORCE_N = 0.5;
+const LEAST_CHANGE_N = 0.3;
+const FARTHEST_GHOST_M = 0.0005;
+
+export interface PictureColors { background: string; floor: string; line: string }
+interface Sensor { body: THREE.Object3D; rotation: THREE.Quaternion; arrow: THREE.ArrowHelper; shown: THREE.Vector3 }
 
 export class View3d {
-  readonly element = document.createElement("div");
-  private readonly renderer = new THREE.WebGLRenderer({ antialias: true });
+  readonly element = h("div", { class: "view3d" });
+  private readonly renderer = new THREE.WebGLRenderer({ antialias: !drawsInSoftware(), powerPreference: "low-power" });
   private readonly scene = new THREE.Scene();
-  private readonly camera = new THREE.PerspectiveCamera(45, 1, 0.01, 100);
+  private readonly camera = new THREE.PerspectiveCamera(38, 1, 0.01, 100);
   private readonly controls = new OrbitControls(this.camera, this.renderer.domElement);
+  private readonly frames = new THREE.Group();
+  private readonly trails = new Map<number, Trail>();
+  private readonly picked = h("output", { class: "picked" });
+  private readonly floor = new THREE.MeshBasicMaterial();
+  private readonly grid = new THREE.GridHelper(8, 16, 0xffffff, 0xffffff);
+  private readonly mark = new THREE.BoxHelper(new THREE.Object3D(), 0xffb454);
   private bodies: THREE.Group[] = [];
   private ghosts: THREE.Group[] = [];
-  private moving: number[] = [];
   private names: string[] = [];
-  private readonly trail = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xe8892b }));
-  private readonly points: THREE.Vector3[] = [];
-  private readonly told = document.createElement("output");
-  private planned = false;
-  private drawn = 0;
+  private moving: number[] = [];
+  private commanded: number[] = [];
+  private chosen = -1;
+  private stop: (() => void)[] = [];
+  private pixels = 1;
+  private readonly pacer = new Pacer(this.renderer.getContext() as WebGL2RenderingContext, () => this.renderer.render(this.scene, this.camera), (share) => {
+    this.pixels = share;
+    this.fit();
+  });
 
   constructor(private readonly link: Link) {
-    this.element.className = "view3d";
-    this.renderer.domElement.tabIndex = 0;
-    this.renderer.domElement.setAttribute("role", "img");
-    this.renderer.domElement.setAttribute("aria-label", "The cell in 3D: solid as measured, ghost as commanded");
+    const canvas = this.renderer.domElement;
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", "The cell in 3D: solid as measured, blue as commanded where that differs. Arrow keys move the view.");
     this.camera.up.set(0, 0, 1);
     this.controls.addEventListener("change", () => this.draw());
-    this.controls.listenToKeyEvents(this.renderer.domElement);
-    const sun = new THREE.DirectionalLight(0xffffff, 2);
+    this.controls.listenToKeyEvents(canvas);
+    const sun = new THREE.DirectionalLight(0xffffff, 1.7);
     sun.position.set(2, -1, 4);
-    this.trail.frustumCulled = false;
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x667080, 1.6), sun, this.trail);
-    const bar = document.createElement("div");
-    bar.className = "bar";
-    for (const name of Object.keys(VIEWS)) bar.append(this.button(name, () => this.look(name)));
-    bar.append(this.button("clear trail", () => { this.points.length = 0; this.trail.geometry.setFromPoints([]); this.draw(); }));
-    this.told.textContent = "Click a body for its data";
-    bar.append(this.told);
-    this.element.append(bar, this.renderer.domElement);
-    this.renderer.domElement.addEventListener("click", (event) => this.pick(event));
+    this.frames.visible = false;
+    this.mark.visible = false;
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.z = 0.002;
+    this.grid.material.vertexColors = false;
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a93a0, 1.9), sun, this.grid, this.frames, this.mark);
+    this.element.append(canvas, this.toolbar(), this.picked);
+    canvas.addEventListener("click", (event) => this.pick(event));
     new ResizeObserver(() => this.resize()).observe(this.element);
-    new MutationObserver(() => this.theme()).observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
-    this.theme();
-    this.look("corner");
+    link.poses.on((poses) => this.show(poses));
   }
 
   /** Pictures drawn so far. */
-  get pictures(): number { return this.drawn; }
+  get pictures(): number { return this.pacer.pictures; }
 
-  async load(): Promise<void> {
-    const scene: Json = await this.link.ask("GET", "/v1/scene");
-    const meshes = await Promise.all(scene.meshes.map(async (_: Json, i: number) => mesh(await this.link.ask("GET", `/v1/scene/meshes/${i}`))));
-    for (const body of [...this.bodies, ...this.ghosts]) this.scene.remove(body);
+  /** Fetches the scene anew, in place of what is shown. */
+  async load(): Promise<Scene> {
+    const scene = await this.link.ask<Scene>("GET", "/v1/scene");
+    const meshes = await Promise.all(scene.meshes.map(async (_, i) => mesh(await this.link.bytes(`/v1/scene/meshes/${i}`))));
+    this.clear();
     this.moving = scene.moving;
-    this.names = scene.bodies.map((body: Json) => body.name);
-    this.bodies = scene.bodies.map((body: Json) => group(body, meshes, false));
-    this.ghosts = scene.commanded.map((index: number) => group(scene.bodies[index], meshes, true));
-    this.bodies.forEach((body, index) => { body.userData.index = index; });
+    this.commanded = scene.commanded;
+    this.names = scene.bodies.map((body) => body.name);
+    this.bodies = scene.bodies.map((body) => group(body, meshes, false));
+    this.bodies.forEach((body, index) => { body.userData["index"] = index; });
+    this.ghosts = scene.commanded.flatMap((index) => scene.bodies[index] ?? []).map((body) => group(body, meshes, true));
+    for (const ghost of this.ghosts) ghost.visible = false;
     this.scene.add(...this.bodies, ...this.ghosts);
-    this.link.monitor({ poses: true }, Math.max(1, Math.round(0.033 / this.link.period_s)), () => {});
+    this.layFloor();
+    this.addFrames(scene);
+    this.addTrails(scene);
+    this.addSensors(scene);
+    this.stop.push(this.link.monitor({ poses: true }, POSES_EVERY_S, () => {}));
     this.look("corner");
+    return scene;
   }
 
-  show(poses: Poses): void {
-    let changed = false;
-    const set = (target: THREE.Object3D | undefined, list: Float32Array, i: number): void => {
-      if (!target) return;
-      const [x, y, z, w, a, b, c] = list.subarray(7 * i, 7 * i + 7);
-      if (Math.hypot(target.position.x - x, target.position.y - y, target.position.z - z) < 1e-6 &&
-          Math.abs(target.quaternion.x - a) + Math.abs(target.quaternion.y - b) + Math.abs(target.quaternion.z - c) < 1e-6) return;
-      target.position.set(x, y, z);
-      target.quaternion.set(a, b, c, w);
-      changed = true;
-    };
-    this.moving.forEach((body, i) => set(this.bodies[body], poses.moving, i));
-    this.ghosts.forEach((ghost, i) => set(ghost, poses.commanded, i));
-    if (!changed) return;
-    const tip = this.ghosts.length ? this.ghosts[this.ghosts.length - 1].position : null;
-    if (tip && (this.points.length === 0 || tip.distanceTo(this.points[this.points.length - 1]) > 0.002)) {
-      this.points.push(tip.clone());
-      if (this.points.length > 4000) this.points.shift();
-      this.trail.geometry.dispose();
-      this.trail.geometry = new THREE.BufferGeometry().setFromPoints(this.points);
-    }
+  /** The colours of the page have changed. */
+  theme(colors: PictureColors): void {
+    this.scene.background = new THREE.Color(colors.background);
+    this.floor.color.set(colors.floor);
+    this.grid.material.color.set(colors.line);
     this.draw();
   }
 
-  private button(text: string, act: () => void): HTMLButtonElement {
-    const button = document.createElement("button");
-    button.textContent = text;
-    button.onclick = act;
-    return button;
+  /** Planes of the cell look like the page, with lines every half metre, so that the cell stands out. */
+  private layFloor(): void {
+    let isThere = false;
+    for (const body of this.bodies)
+      body.traverse((part) => {
+        if (!(part instanceof THREE.Mesh) || part.name !== "floor") return;
+        part.material = this.floor;
+        isThere = true;
+      });
+    this.grid.visible = isThere;
+  }
+
+  private clear(): void {
+    for (const end of this.stop.splice(0)) end();
+    this.scene.remove(...this.bodies, ...this.ghosts, ...[...this.trails.values()].map((trail) => trail.line));
+    this.trails.clear();
+    this.frames.clear();
+    this.choose(-1);
+  }
+
+  private addFrames(scene: Scene): void {
+    for (const frame of scene.frames) {
+      if (!frame.fixed) continue;
+      const axes = new THREE.AxesHelper(0.1);
+      place(axes, frame.pose);
+      this.frames.add(axes);
+    }
+  }
+
+  /** One for each chain, at its last body before it branches (into fingers). */
+  private addTrails(scene: Scene): void {
+    const children = (body: number): number[] => this.commanded.filter((other) => scene.bodies[other]?.parent === body);
+    const roots = this.commanded.filter((body) => !this.commanded.includes(scene.bodies[body]?.parent ?? -1));
+    for (const root of roots) {
+      let end = root;
+      for (let next = children(end); next.length === 1 && next[0] !== undefined; next = children(end)) end = next[0];
+      const trail = new Trail();
+      this.trails.set(this.commanded.indexOf(end), trail);
+      this.scene.add(trail.line);
+    }
+  }
+
+  private addSensors(scene: Scene): void {
+    for (const sensor of scene.sensors) {
+      const own = this.bodies[this.names.indexOf(`${sensor.name}/measuring`)];
+      const body = own ?? this.bodies[this.names.indexOf(`${sensor.arm}/flange`)];
+      if (!body) continue;
+      const [, , , w, x, y, z] = sensor.pose;
+      const one: Sensor = { body, rotation: own ? new THREE.Quaternion() : new THREE.Quaternion(x, y, z, w), arrow: new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), undefined, 0.1, 0xffb454, 0.03, 0.02), shown: new THREE.Vector3() };
+      one.arrow.visible = false;
+      this.scene.add(one.arrow);
+      const end = this.link.monitor({ sensor: sensor.name }, FORCES_EVERY_S, ({ value }) => this.showForce(one, value));
+      this.stop.push(() => { end(); this.scene.remove(one.arrow); });
+    }
+  }
+
+  private showForce(sensor: Sensor, value: number[] | string | null): void {
+    const { body, rotation, arrow } = sensor;
+    const force = Array.isArray(value) ? new THREE.Vector3(value[0], value[1], value[2]) : new THREE.Vector3();
+    // Noise is no reason to draw.
+    if (force.distanceTo(sensor.shown) < LEAST_CHANGE_N && body.position.equals(arrow.position)) return;
+    sensor.shown.copy(force);
+    const length = force.length();
+    arrow.visible = length > LEAST_FORCE_N;
+    arrow.position.copy(body.position);
+    arrow.setDirection(force.normalize().applyQuaternion(rotation).applyQuaternion(body.quaternion));
+    arrow.setLength(Math.max(0.001, Math.min(0.5, length * METRES_PER_NEWTON)), 0.03, 0.02);
+    this.draw();
+  }
+
+  private show(poses: Poses): void {
+    let changed = false;
+    this.moving.forEach((body, i) => { changed = set(this.bodies[body], poses.moving, i) || changed; });
+    this.ghosts.forEach((ghost, i) => { changed = set(ghost, poses.commanded, i) || changed; });
+    if (!changed) return;
+    this.ghosts.forEach((ghost, i) => {
+      const solid = this.bodies[this.commanded[i] ?? -1];
+      if (!solid) return;
+      const error = ghost.position.distanceTo(solid.position);
+      // Where both agree a ghost would only dull the picture.
+      ghost.visible = error > FARTHEST_GHOST_M || ghost.quaternion.angleTo(solid.quaternion) > 0.01;
+      this.trails.get(i)?.add(solid.position, error);
+    });
+    if (this.chosen >= 0) this.tell();
+    this.draw();
+  }
+
+  private toolbar(): HTMLElement {
+    const views = Object.keys(VIEWS).map((name) => h("button", { type: "button", click: () => this.look(name) }, name));
+    const frames = h("button", { type: "button", "aria-pressed": "false", click: () => {
+      this.frames.visible = !this.frames.visible;
+      frames.setAttribute("aria-pressed", String(this.frames.visible));
+      this.draw();
+    } }, "frames");
+    const trail = h("button", { type: "button", click: () => { for (const one of this.trails.values()) one.clear(); this.draw(); } }, "clear trail");
+    return h("div", { class: "viewbar", role: "toolbar", "aria-label": "3D view" }, ...views, frames, trail);
   }
 
   private look(name: string): void {
     const box = new THREE.Box3();
     for (const body of this.bodies.slice(1)) box.expandByObject(body); // the first is the world, with its floor
     const ball = box.isEmpty() ? new THREE.Sphere(new THREE.Vector3(0, 0, 0.5), 1) : box.getBoundingSphere(new THREE.Sphere());
+    const fit = ball.radius / Math.sin((this.camera.fov / 2) * (Math.PI / 180)) / Math.min(1, this.camera.aspect);
     this.controls.target.copy(ball.center);
-    this.camera.position.fromArray(VIEWS[name]).setLength(2.4 * ball.radius).add(ball.center);
+    this.camera.position.fromArray(VIEWS[name] ?? [1, 0, 0]).setLength(0.95 * fit).add(ball.center);
     this.controls.update();
     this.draw();
   }
@@ -112,81 +215,62 @@ export class View3d {
     const at = new THREE.Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2);
     const ray = new THREE.Raycaster();
     ray.setFromCamera(at, this.camera);
-    const hit = ray.intersectObjects(this.bodies)[0];
-    let body: THREE.Object3D | null = hit?.object ?? null;
-    while (body && body.userData.index === undefined) body = body.parent;
-    this.told.textContent = body ? `${this.names[body.userData.index] || "world"}: ${body.position.toArray().map((v) => v.toFixed(3)).join(", ")} m` : "Nothing there";
+    let body: THREE.Object3D | null = ray.intersectObjects(this.bodies)[0]?.object ?? null;
+    while (body && body.userData["index"] === undefined) body = body.parent;
+    this.choose((body?.userData["index"] as number | undefined) ?? -1);
   }
 
-  private theme(): void {
-    this.scene.background = new THREE.Color(document.documentElement.dataset.theme === "light" ? 0xe9edf1 : 0x1b2129);
+  private choose(index: number): void {
+    this.chosen = index > 0 ? index : -1;
+    this.mark.visible = this.chosen > 0;
+    if (this.chosen > 0) this.tell();
+    else setText(this.picked, "");
     this.draw();
+  }
+
+  private tell(): void {
+    const body = this.bodies[this.chosen];
+    if (!body) return;
+    this.mark.setFromObject(body);
+    const turn = new THREE.Euler().setFromQuaternion(body.quaternion, "ZYX");
+    const degrees = [turn.x, turn.y, turn.z].map((angle) => (angle * 180 / Math.PI).toFixed(1));
+    setText(this.picked, `${this.names[this.chosen]}: ${body.position.toArray().map((v) => v.toFixed(3)).join(", ")} m; rpy ${degrees.join(", ")}°`);
   }
 
   private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.element;
-    if (width === 0 || height === 0) return;
-    this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
+    this.fit();
     this.draw();
   }
 
-  private draw(): void {
-    if (this.planned) return;
-    this.planned = true;
-    requestAnimationFrame(() => {
-      this.planned = false;
-      this.renderer.render(this.scene, this.camera);
-      ++this.drawn;
-    });
+  private fit(): void {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(this.pixels * Math.min(2, devicePixelRatio));
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
   }
+
+  private draw(): void { this.pacer.ask(); }
 }
 
-function mesh(bytes: ArrayBuffer): THREE.BufferGeometry {
-  const [vertices, triangles] = new Uint32Array(bytes, 0, 2);
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes, 8, 3 * vertices), 3));
-  geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(bytes, 8 + 12 * vertices, 3 * triangles), 1));
-  geometry.computeVertexNormals();
-  return geometry;
+/** Without a graphics card each sample of a pixel costs the processor, which has the cell to run. */
+function drawsInSoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl");
+  const info = context?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? String(context?.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
 }
 
-function place(object: THREE.Object3D, pose: number[]): void {
-  object.position.set(pose[0], pose[1], pose[2]);
-  object.quaternion.set(pose[4], pose[5], pose[6], pose[3]);
+/** Takes pose i of a list. @return whether that is another one */
+function set(target: THREE.Object3D | undefined, list: Float32Array, i: number): boolean {
+  if (!target) return false;
+  const [x = 0, y = 0, z = 0, w = 1, a = 0, b = 0, c = 0] = list.subarray(7 * i, 7 * i + 7);
+  const { position: p, quaternion: q } = target;
+  if (Math.hypot(p.x - x, p.y - y, p.z - z) < 1e-6 && Math.abs(q.x - a) + Math.abs(q.y - b) + Math.abs(q.z - c) < 1e-6) return false;
+  p.set(x, y, z);
+  q.set(a, b, c, w);
+  return true;
 }
 
-function group(body: Json, meshes: THREE.BufferGeometry[], ghost: boolean): THREE.Group {
-  const made = new THREE.Group();
-  place(made, body.pose);
-  for (const shape of body.shapes) {
-    const solid = new THREE.Mesh(geometryOf(shape, meshes), material(shape.rgba, ghost));
-    const holder = new THREE.Group();
-    place(holder, shape.pose);
-    if (shape.kind === "cylinder" || shape.kind === "capsule") solid.rotation.x = Math.PI / 2;
-    if (shape.kind === "ellipsoid") solid.scale.fromArray(shape.radii);
-    holder.add(solid);
-    made.add(holder);
-  }
-  return made;
-}
-
-function material([r, g, b, opacity]: number[], ghost: boolean): THREE.Material {
-  if (ghost) return new THREE.MeshBasicMaterial({ color: 0x2f9bff, transparent: true, opacity: 0.14, depthWrite: false });
-  const color = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
-  return new THREE.MeshStandardMaterial({ color, roughness: 0.7, transparent: opacity < 1, opacity });
-}
-
-function geometryOf(shape: Json, meshes: THREE.BufferGeometry[]): THREE.BufferGeometry {
-  switch (shape.kind) {
-    case "box": return new THREE.BoxGeometry(...(shape.size as [number, number, number]));
-    case "sphere": return new THREE.SphereGeometry(shape.radius, 24, 16);
-    case "ellipsoid": return new THREE.SphereGeometry(1, 24, 16);
-    case "cylinder": return new THREE.CylinderGeometry(shape.radius, shape.radius, shape.length, 24);
-    case "capsule": return new THREE.CapsuleGeometry(shape.radius, shape.length, 8, 16);
-    case "mesh": return meshes[shape.mesh];
-    case "plane": return new THREE.PlaneGeometry(shape.size[0] || 20, shape.size[1] || 20);
-    default: throw new Error(`the scene has a shape of unknown kind '${shape.kind}'`);
-  }
-}
