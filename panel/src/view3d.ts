@@ -15,7 +15,10 @@ const POSES_EVERY_S = 0.033;
 const FORCES_EVERY_S = 0.05;
 const METRES_PER_NEWTON = 0.01;
 const LEAST_FORCE_N = 0.5;
-const LEAST_CHANGE_N = 0.3;
+const LEAST_CHANGE_N = 0.5;
+/** Less nobody sees: what encoders add to an arm at rest is no reason to draw. */
+const SEEN_M = 5e-5;
+const SEEN_TURN = 1e-4;
 const FARTHEST_GHOST_M = 0.0005;
 
 export interface PictureColors { background: string; floor: string; line: string }
@@ -130,13 +133,18 @@ export class View3d {
     }
   }
 
-  /** One for each chain, at its last body before it branches (into fingers). */
+  /** One for each chain, at its last body, or where it branches into equals (fingers). */
   private addTrails(scene: Scene): void {
     const children = (body: number): number[] => this.commanded.filter((other) => scene.bodies[other]?.parent === body);
+    const depth = (body: number): number => 1 + Math.max(0, ...children(body).map(depth));
+    const longest = (body: number): number | undefined => {
+      const [first, second] = children(body).sort((a, b) => depth(b) - depth(a));
+      return first === undefined || (second !== undefined && depth(second) === depth(first)) ? undefined : first;
+    };
     const roots = this.commanded.filter((body) => !this.commanded.includes(scene.bodies[body]?.parent ?? -1));
     for (const root of roots) {
       let end = root;
-      for (let next = children(end); next.length === 1 && next[0] !== undefined; next = children(end)) end = next[0];
+      for (let next = longest(end); next !== undefined; next = longest(end)) end = next;
       const trail = new Trail();
       this.trails.set(this.commanded.indexOf(end), trail);
       this.scene.add(trail.line);
@@ -268,7 +276,8 @@ function set(target: THREE.Object3D | undefined, list: Float32Array, i: number):
   if (!target) return false;
   const [x = 0, y = 0, z = 0, w = 1, a = 0, b = 0, c = 0] = list.subarray(7 * i, 7 * i + 7);
   const { position: p, quaternion: q } = target;
-  if (Math.hypot(p.x - x, p.y - y, p.z - z) < 1e-6 && Math.abs(q.x - a) + Math.abs(q.y - b) + Math.abs(q.z - c) < 1e-6) return false;
+  const turned = Math.abs(q.w - w) + Math.abs(q.x - a) + Math.abs(q.y - b) + Math.abs(q.z - c);
+  if (Math.hypot(p.x - x, p.y - y, p.z - z) < SEEN_M && turned < SEEN_TURN) return false;
   p.set(x, y, z);
   q.set(a, b, c, w);
   return true;
