@@ -138,6 +138,21 @@ TEST(WatchedRun, NobodyElseCommandsAndItsTreeIsThatOfTheFile) {
   EXPECT_TRUE(watched.client().get("/v1/state").json()["program"].get<bool>());
 }
 
+TEST(WatchedRun, WhatIsDescribedOfAProgramIsThere) {
+  Watched watched;
+  const Json description = watched.client().get("/v1/openapi.json").json();
+  int looked = 0;
+  for (const auto& [path, methods] : description["paths"].items()) {
+    if (!path.starts_with("/v1/program") || !methods.contains("get")) continue;
+    const Answer answer = watched.client().get(path);
+    EXPECT_EQ(answer.status, 200) << path;
+    const Json& schema = methods["get"]["responses"]["200"]["content"]["application/json"]["schema"];
+    for (const auto& key : schema["required"]) EXPECT_TRUE(answer.json().contains(key.get<std::string>())) << path;
+    ++looked;
+  }
+  EXPECT_EQ(looked, 3);
+}
+
 TEST(WatchedRun, InRealTimeItIsHeldUntilSomebodyStartsItAndHasNoSingleSteps) {
   Watched watched(true);
   watched.begin();
