@@ -1,10 +1,11 @@
-// What the page costs and how fast it is, in a real Chromium before a real takt: size, time until it is usable, pictures a
-// second and their age while arms move, and what the core noticed of it. Figures: docs/benchmarks.md.
+// What the page costs and how fast it is, in a real Chromium before a real takt: size, time until it is usable,
+// pictures a second and their age while arms move, and what the core noticed of it. Figures: docs/benchmarks.md.
 // Usage: node bench/panel.mjs [SCENARIO] [SECONDS]   (TAKT=... names another program)
 import { readdirSync, statSync } from "node:fs";
 import { launch, open, Takt } from "../tests/panel/support.mjs";
 
-const [scenario = "scenarios/carry.json", seconds = "15"] = process.argv.slice(2);
+const [scenario = "scenarios/carry.json", seconds = "15"] =
+  process.argv.slice(2);
 const DIST = "panel/dist";
 
 /** In the page: when pictures were begun, and how old the newest pose was then. */
@@ -38,30 +39,47 @@ function watch() {
   });
 }
 
-const quantile = (values, q) => [...values].sort((a, b) => a - b)[Math.floor(q * (values.length - 1))] ?? NaN;
-const bytes = readdirSync(DIST).filter((file) => file.endsWith(".gz")).reduce((sum, file) => sum + statSync(`${DIST}/${file}`).size, 0);
+const quantile = (values, q) =>
+  [...values].sort((a, b) => a - b)[Math.floor(q * (values.length - 1))] ?? NaN;
+const bytes = readdirSync(DIST)
+  .filter((file) => file.endsWith(".gz"))
+  .reduce((sum, file) => sum + statSync(`${DIST}/${file}`).size, 0);
 
 const server = await Takt.start("run", scenario, "--panel");
 const browser = await launch();
-const page = await open(browser, "about:blank", { viewport: { width: 1700, height: 1060 } }); // the 3D view has about 1280x720
+const page = await open(browser, "about:blank", {
+  viewport: { width: 1700, height: 1060 },
+}); // the 3D view has about 1280x720
 await page.addInitScript(watch);
 const began = Date.now();
 await page.goto(server.url);
 await page.getByRole("button", { name: "Start", exact: true }).click();
 const usable = Date.now() - began;
 const before = await server.ask("GET", "/v1/state");
-await page.evaluate(() => { benchmark.pictures = []; benchmark.ages = []; });
+await page.evaluate(() => {
+  benchmark.pictures = [];
+  benchmark.ages = [];
+});
 await page.waitForTimeout(1000 * Number(seconds));
 const seen = await page.evaluate(() => benchmark);
 const after = await server.ask("GET", "/v1/state");
 const scene = await server.ask("GET", "/v1/scene");
 const { width, height } = await page.locator("#view canvas").boundingBox();
-console.log(JSON.stringify({
-  scenario, page_kB_packed: Math.round(bytes / 1000), usable_ms: usable,
-  triangles: scene.meshes.reduce((sum, mesh) => sum + mesh.triangles, 0), view: `${Math.round(width)}x${Math.round(height)}`,
-  pictures_per_s: Number((seen.pictures.length / Number(seconds)).toFixed(1)),
-  age_ms: { p50: Math.round(quantile(seen.ages, 0.5)), p99: Math.round(quantile(seen.ages, 0.99)) },
-  cycles: after.cycle - before.cycle, late_cycles: after.health.overruns - before.health.overruns,
-}));
+console.log(
+  JSON.stringify({
+    scenario,
+    page_kB_packed: Math.round(bytes / 1000),
+    usable_ms: usable,
+    triangles: scene.meshes.reduce((sum, mesh) => sum + mesh.triangles, 0),
+    view: `${Math.round(width)}x${Math.round(height)}`,
+    pictures_per_s: Number((seen.pictures.length / Number(seconds)).toFixed(1)),
+    age_ms: {
+      p50: Math.round(quantile(seen.ages, 0.5)),
+      p99: Math.round(quantile(seen.ages, 0.99)),
+    },
+    cycles: after.cycle - before.cycle,
+    late_cycles: after.health.overruns - before.health.overruns,
+  }),
+);
 await browser.close();
 await server.end();

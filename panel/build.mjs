@@ -25,13 +25,30 @@ function licenceOf(name) {
 }
 
 const result = await esbuild.build({
-  entryPoints: [join(here, "src/panel.ts")], outfile: join(folder, "panel.js"), bundle: true, minify: true,
-  format: "esm", target: "es2022", legalComments: "none", logLevel: "warning", metafile: true, write: false,
+  entryPoints: [join(here, "src/panel.ts")],
+  outfile: join(folder, "panel.js"),
+  bundle: true,
+  minify: true,
+  format: "esm",
+  target: "es2022",
+  legalComments: "none",
+  logLevel: "warning",
+  metafile: true,
+  write: false,
 });
-const files = new Map(result.outputFiles.map((file) => [file.path.endsWith(".css") ? "panel.css" : "panel.js", file.contents]));
+const files = new Map(
+  result.outputFiles.map((file) => [file.path.endsWith(".css") ? "panel.css" : "panel.js", file.contents]),
+);
 files.set("index.html", readFileSync(join(here, "index.html")));
 files.set("icon.svg", readFileSync(join(here, "icon.svg")));
-files.set("licences.txt", Buffer.from(packagesOf(result.metafile).map(licenceOf).join(`\n${"-".repeat(80)}\n\n`)));
+files.set(
+  "licences.txt",
+  Buffer.from(
+    packagesOf(result.metafile)
+      .map(licenceOf)
+      .join(`\n${"-".repeat(80)}\n\n`),
+  ),
+);
 
 const packed = new Map([...files].map(([name, bytes]) => [name, gzipSync(bytes, { level: 9 })]));
 const bytes = [...packed.values()].reduce((sum, one) => sum + one.length, 0);

@@ -18,11 +18,33 @@ export class Events {
   }
 
   hear(events: CellEvent[], period_s: number): void {
-    this.add(events.slice(-MOST).map((event) => line(event.cycle * period_s, event.net ? `net ${event.net}` : "core", `${event.state ?? event.kind} ${event.text}`, event.kind === "refused" || event.kind === "stopped")));
+    this.add(
+      events
+        .slice(-MOST)
+        .map((event) =>
+          line(
+            event.cycle * period_s,
+            event.net ? `net ${event.net}` : "core",
+            `${event.state ?? event.kind} ${event.text}`,
+            event.kind === "refused" || event.kind === "stopped",
+          ),
+        ),
+    );
   }
 
   read(entries: LogEntry[]): void {
-    this.add(entries.slice(-MOST).map((entry) => line(entry.time_s, entry.source, `${entry.name} ${entry.text}`, entry.level === "warning" || entry.level === "error")));
+    this.add(
+      entries
+        .slice(-MOST)
+        .map((entry) =>
+          line(
+            entry.time_s,
+            entry.source,
+            `${entry.name} ${entry.text}`,
+            entry.level === "warning" || entry.level === "error",
+          ),
+        ),
+    );
   }
 
   private add(lines: HTMLLIElement[]): void {
@@ -34,7 +56,13 @@ export class Events {
 }
 
 function line(time_s: number, who: string, what: string, bad: boolean): HTMLLIElement {
-  const item = h("li", {}, h("span", { class: "time" }, `${time_s.toFixed(3)} s`), h("b", {}, who), h("span", {}, what));
+  const item = h(
+    "li",
+    {},
+    h("span", { class: "time" }, `${time_s.toFixed(3)} s`),
+    h("b", {}, who),
+    h("span", {}, what),
+  );
   item.toggleAttribute("data-bad", bad);
   return item;
 }

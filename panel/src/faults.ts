@@ -4,12 +4,22 @@ import { h } from "./dom";
 
 const MOST = 200;
 const HINTS: Record<string, string> = {
-  aborted: "Find out who stopped it, then begin again", device: "Look at the device, remove the cause and reset it", guard: "Check what the guard watches before you go on",
-  "null input": "Find out which value is missing: the certificate of the net shows its way", overrun: "Give the core a quieter machine, or a longer cycle",
-  exception: "Look into the log of the server: a primitive has failed", conflict: "Let the net that has the device come to its end first", error: "Read the cause; the net has reported it itself",
+  aborted: "Find out who stopped it, then begin again",
+  device: "Look at the device, remove the cause and reset it",
+  guard: "Check what the guard watches before you go on",
+  "null input": "Find out which value is missing: the certificate of the net shows its way",
+  overrun: "Give the core a quieter machine, or a longer cycle",
+  exception: "Look into the log of the server: a primitive has failed",
+  conflict: "Let the net that has the device come to its end first",
+  error: "Read the cause; the net has reported it itself",
 };
 
-export interface Trouble { time_s: number; what: string; cause: string; hint: string }
+export interface Trouble {
+  time_s: number;
+  what: string;
+  cause: string;
+  hint: string;
+}
 
 export class Faults {
   readonly panel = h("div");
@@ -18,7 +28,10 @@ export class Faults {
   private active: Fault[] = [];
 
   /** @param count  hears how many there are now */
-  constructor(private readonly period: () => number, private readonly count: (now: number) => void) {
+  constructor(
+    private readonly period: () => number,
+    private readonly count: (now: number) => void,
+  ) {
     this.panel.append(h("h2", {}, "Now"), this.now, h("h2", {}, "Before"), this.before);
     this.render();
     this.empty();
@@ -33,16 +46,30 @@ export class Faults {
 
   hear(events: CellEvent[]): void {
     for (const event of events) {
-      const failed = event.kind === "refused" || event.kind === "stopped" || (event.kind === "state" && event.state === "Terminated" && event.cause in HINTS);
+      const failed =
+        event.kind === "refused" ||
+        event.kind === "stopped" ||
+        (event.kind === "state" && event.state === "Terminated" && event.cause in HINTS);
       if (!failed) continue;
       const what = event.kind === "refused" ? `request ${event.request}` : event.net ? `net ${event.net}` : "all nets";
-      this.add({ time_s: event.cycle * this.period(), what, cause: event.text || event.cause, hint: HINTS[event.cause] ?? "Read the cause, then ask again" });
+      this.add({
+        time_s: event.cycle * this.period(),
+        what,
+        cause: event.text || event.cause,
+        hint: HINTS[event.cause] ?? "Read the cause, then ask again",
+      });
     }
   }
 
   read(entries: LogEntry[]): void {
     for (const { level, time_s, source, step, text, name } of entries)
-      if (level === "error" || level === "warning") this.add({ time_s, what: step || source, cause: text || name, hint: level === "error" ? "The program has not held; read its findings" : "" });
+      if (level === "error" || level === "warning")
+        this.add({
+          time_s,
+          what: step || source,
+          cause: text || name,
+          hint: level === "error" ? "The program has not held; read its findings" : "",
+        });
   }
 
   clear(): void {
@@ -51,7 +78,9 @@ export class Faults {
   }
 
   private render(): void {
-    const items = this.active.map((one) => item({ time_s: one.time_s, what: one.device, cause: one.cause, hint: one.hint }));
+    const items = this.active.map((one) =>
+      item({ time_s: one.time_s, what: one.device, cause: one.cause, hint: one.hint }),
+    );
     this.now.replaceChildren(...(items.length ? items : [h("li", { class: "quiet" }, "Nothing stands in the way")]));
   }
 

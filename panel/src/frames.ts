@@ -1,13 +1,36 @@
 // Binary frames of takt.v1 (docs/remote.md, "Streams"): little-endian, every part at a multiple of 8 bytes.
-export const TYPES = ["Boolean", "Integer", "Real", "String", "Vector", "Rotation", "Frame", "Twist", "Wrench", "Joints"] as const;
+export const TYPES = [
+  "Boolean",
+  "Integer",
+  "Real",
+  "String",
+  "Vector",
+  "Rotation",
+  "Frame",
+  "Twist",
+  "Wrench",
+  "Joints",
+] as const;
 export interface Entry {
   id: number;
   type: (typeof TYPES)[number];
   cycle: number;
   value: number[] | string | null;
 }
-export interface Values { kind: "values"; frame: number; cycle: number; entries: Entry[] }
-export interface Poses { kind: "poses"; frame: number; cycle: number; time_s: number; moving: Float32Array; commanded: Float32Array }
+export interface Values {
+  kind: "values";
+  frame: number;
+  cycle: number;
+  entries: Entry[];
+}
+export interface Poses {
+  kind: "poses";
+  frame: number;
+  cycle: number;
+  time_s: number;
+  moving: Float32Array;
+  commanded: Float32Array;
+}
 
 /** Throws RangeError when the frame is shorter than it says, and Error when its kind or version is unknown. */
 export function decode(buffer: ArrayBuffer): Values | Poses {
@@ -21,8 +44,12 @@ export function decode(buffer: ArrayBuffer): Values | Poses {
     const moving = view.getUint32(24, true) * 7;
     const commanded = view.getUint32(28, true) * 7;
     return {
-      kind: "poses", frame, cycle, time_s: view.getFloat64(16, true),
-      moving: new Float32Array(buffer, 32, moving), commanded: new Float32Array(buffer, 32 + 4 * moving, commanded),
+      kind: "poses",
+      frame,
+      cycle,
+      time_s: view.getFloat64(16, true),
+      moving: new Float32Array(buffer, 32, moving),
+      commanded: new Float32Array(buffer, 32 + 4 * moving, commanded),
     };
   }
   if (kind !== 1) throw new Error(`frame of unknown kind ${kind}`);

@@ -4,7 +4,12 @@ const DEAD_SHARE = 0.15;
 const LOOK_MS = 25;
 const DEAD_MAN_BUTTON = 4;
 /** Axis of the pad: axis of the tool, direction. */
-const AXES: [number, number, number][] = [[1, 0, -1], [0, 1, -1], [3, 2, -1], [2, 5, -1]];
+const AXES: [number, number, number][] = [
+  [1, 0, -1],
+  [0, 1, -1],
+  [3, 2, -1],
+  [2, 5, -1],
+];
 
 export class Gamepads {
   private timer = 0;

@@ -11,7 +11,14 @@ const HELD_UP_MS = 200;
 const LINGER_MS = 300;
 
 export type Space = "tool" | "joints";
-export interface JogSetting { arm: string; space: Space; in: string; linear_m_s: number; angular_rad_s: number; rates: number[] }
+export interface JogSetting {
+  arm: string;
+  space: Space;
+  in: string;
+  linear_m_s: number;
+  angular_rad_s: number;
+  rates: number[];
+}
 type Phase = "idle" | "asking" | "driving" | "ending";
 
 export class JogDrive {
@@ -25,17 +32,26 @@ export class JogDrive {
   private released = 0;
   private budget = Infinity;
 
-  constructor(private readonly link: Link, private readonly setting: () => JogSetting) {
+  constructor(
+    private readonly link: Link,
+    private readonly setting: () => JogSetting,
+  ) {
     link.messages.on((message) => this.hear(message));
     link.lost.on(() => this.ended("The connection is lost: the arm comes to rest."));
-    link.leaseChanged.on(() => { if (!link.fence) this.releaseAll(); });
+    link.leaseChanged.on(() => {
+      if (!link.fence) this.releaseAll();
+    });
     // Whatever takes the hand away from the page lets go.
     addEventListener("blur", () => this.releaseAll());
     addEventListener("pagehide", () => this.releaseAll());
-    document.addEventListener("visibilitychange", () => { if (document.hidden) this.releaseAll(); });
+    document.addEventListener("visibilitychange", () => {
+      if (document.hidden) this.releaseAll();
+    });
   }
 
-  get isDriving(): boolean { return this.phase === "driving" && this.pressed.size > 0; }
+  get isDriving(): boolean {
+    return this.phase === "driving" && this.pressed.size > 0;
+  }
 
   /**
    * Somebody presses an axis, or presses it otherwise.
@@ -78,8 +94,20 @@ export class JogDrive {
     const { arm, space, linear_m_s, angular_rad_s, in: frame } = this.setting();
     this.phase = "asking";
     this.sequence = 0;
-    const limits = { linear_max_m_s: Math.max(0.001, linear_m_s), angular_max_deg_s: Math.max(0.1, angular_rad_s * 180 / Math.PI) };
-    const message = { op: "jog", jog: ++this.jog, fence: this.link.fence, arm, space, timeout_cycles: Math.round(TIMEOUT_S / this.link.period_s), ...limits, ...(space === "tool" ? { in: frame } : {}) };
+    const limits = {
+      linear_max_m_s: Math.max(0.001, linear_m_s),
+      angular_max_deg_s: Math.max(0.1, (angular_rad_s * 180) / Math.PI),
+    };
+    const message = {
+      op: "jog",
+      jog: ++this.jog,
+      fence: this.link.fence,
+      arm,
+      space,
+      timeout_cycles: Math.round(TIMEOUT_S / this.link.period_s),
+      ...limits,
+      ...(space === "tool" ? { in: frame } : {}),
+    };
     if (!this.link.send(message)) this.ended("The server cannot be reached.");
   }
 
@@ -90,7 +118,9 @@ export class JogDrive {
     else if (message.op === "jog_ended") this.ended(REASONS[String(message["reason"])] ?? "");
     else if (message.op === "problem" && message["for"] === "jog") {
       const diagnostics = (message["diagnostics"] ?? []) as { message?: string; hint?: string }[];
-      this.ended([String(message["detail"]), ...diagnostics.map((one) => `${one.message ?? ""} ${one.hint ?? ""}`)].join(": "));
+      this.ended(
+        [String(message["detail"]), ...diagnostics.map((one) => `${one.message ?? ""} ${one.hint ?? ""}`)].join(": "),
+      );
     }
   }
 
@@ -123,19 +153,23 @@ export class JogDrive {
     this.budget -= speed * seconds;
     if (this.budget <= 0) this.pressed.clear();
     if (this.pressed.size === 0) this.released = performance.now();
-    else if (this.budget < speed * TICK_MS / 1000) this.pressed.set(axis, Math.sign(share) * this.budget / (TICK_MS / 1000) / this.speedOf(axis));
+    else if (this.budget < (speed * TICK_MS) / 1000)
+      this.pressed.set(axis, (Math.sign(share) * this.budget) / (TICK_MS / 1000) / this.speedOf(axis));
   }
 
   private speedOf(axis: number): number {
     const { space, linear_m_s, angular_rad_s, rates } = this.setting();
-    return space === "joints" ? rates[axis] ?? 0 : axis < 3 ? linear_m_s : angular_rad_s;
+    return space === "joints" ? (rates[axis] ?? 0) : axis < 3 ? linear_m_s : angular_rad_s;
   }
 
   private move(): void {
     if (this.phase !== "driving") return;
     const { space, rates } = this.setting();
     const wanted = (axis: number): number => (this.pressed.get(axis) ?? 0) * this.speedOf(axis);
-    const velocity = space === "joints" ? { rates: rates.map((_, joint) => wanted(joint)) } : { linear: [0, 1, 2].map(wanted), angular: [3, 4, 5].map(wanted) };
+    const velocity =
+      space === "joints"
+        ? { rates: rates.map((_, joint) => wanted(joint)) }
+        : { linear: [0, 1, 2].map(wanted), angular: [3, 4, 5].map(wanted) };
     this.link.send({ op: "move", jog: this.jog, sequence: ++this.sequence, ...velocity });
   }
 
@@ -150,6 +184,8 @@ export class JogDrive {
 }
 
 const REASONS: Record<string, string> = {
-  released: "at rest", silent: "At rest: the server heard nothing from this page for too long.", lease: "At rest: somebody else took control.",
+  released: "at rest",
+  silent: "At rest: the server heard nothing from this page for too long.",
+  lease: "At rest: somebody else took control.",
   stopped: "At rest: it was stopped.",
 };

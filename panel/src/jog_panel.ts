@@ -12,22 +12,52 @@ const JOINT_SHARE = 0.25; // of a joint's own limit, at full speed
 const AXES = ["x", "y", "z", "about x", "about y", "about z"];
 /** Keys of the pad: axis and direction. They stand on the keyboard as the directions do in the room. */
 const KEYS: Record<string, [number, number]> = {
-  KeyW: [0, 1], KeyS: [0, -1], KeyA: [1, 1], KeyD: [1, -1], KeyR: [2, 1], KeyF: [2, -1],
-  KeyU: [3, 1], KeyJ: [3, -1], KeyI: [4, 1], KeyK: [4, -1], KeyO: [5, 1], KeyL: [5, -1],
+  KeyW: [0, 1],
+  KeyS: [0, -1],
+  KeyA: [1, 1],
+  KeyD: [1, -1],
+  KeyR: [2, 1],
+  KeyF: [2, -1],
+  KeyU: [3, 1],
+  KeyJ: [3, -1],
+  KeyI: [4, 1],
+  KeyK: [4, -1],
+  KeyO: [5, 1],
+  KeyL: [5, -1],
 };
 const STEPS = [
-  { value: "0", text: "while pressed" }, { value: "0.001", text: "step 1 mm, 0.1°" }, { value: "0.01", text: "step 10 mm, 1°" }, { value: "0.1", text: "step 100 mm, 10°" },
+  { value: "0", text: "while pressed" },
+  { value: "0.001", text: "step 1 mm, 0.1°" },
+  { value: "0.01", text: "step 10 mm, 1°" },
+  { value: "0.1", text: "step 100 mm, 10°" },
 ];
 const RAD_PER_M = Math.PI / 1.8; // of a step: 10 mm go with 1 degree
+
+/** What a share of the speed is, in words. */
+function speedWords(share: number): string {
+  const millimetres = Math.round(1000 * LINEAR_MAX_M_S * share);
+  const degrees = Math.round((share * ANGULAR_MAX_RAD_S * 180) / Math.PI);
+  return `${millimetres} mm/s, ${degrees}°/s`;
+}
 
 export class JogPanel {
   readonly panel = h("div", { class: "jog" });
   private readonly drive: JogDrive;
-  private readonly control = h("button", { type: "button", class: "control", click: () => void this.takeOrRelease() }, "Take control");
+  private readonly control = h(
+    "button",
+    { type: "button", class: "control", click: () => void this.takeOrRelease() },
+    "Take control",
+  );
   private readonly said = h("p", { class: "said", role: "status" });
   private readonly axes = h("div", { class: "axes" });
   private readonly sticks = h("div", { class: "sticks" });
-  private readonly pad = h("div", { class: "keypad", tabindex: 0, role: "application", "aria-label": "Jog with keys: W S along x, A D along y, R F along z, U J, I K and O L about them. Held keys move, letting go stops." });
+  private readonly pad = h("div", {
+    class: "keypad",
+    tabindex: 0,
+    role: "application",
+    "aria-label":
+      "Jog with keys: W S along x, A D along y, R F along z, U J, I K, O L about them. Held keys move, letting go stops.",
+  });
   private readonly arms: HTMLSelectElement;
   private readonly frames: HTMLSelectElement;
   private readonly frameField: HTMLElement;
@@ -50,10 +80,22 @@ export class JogPanel {
     });
     link.leaseChanged.on(() => this.showControl());
     const arms = choice("Arm", [], (arm) => void this.choose(arm));
-    const space = choice("Space", [{ value: "tool", text: "Tool" }, { value: "joints", text: "Joints" }], (value) => this.setSpace(value as Space));
-    const frames = choice("Along", [], (frame) => { this.drive.end(); this.frame = frame; });
-    const steps = choice("Moves", STEPS, (value) => { this.step = Number(value); });
-    const speed = slider("Speed", { min: 0.02, max: 1, step: 0.02, value: this.share }, (value) => `${Math.round(1000 * LINEAR_MAX_M_S * value)} mm/s, ${Math.round(value * ANGULAR_MAX_RAD_S * 180 / Math.PI)}°/s`, (value) => {
+    const space = choice(
+      "Space",
+      [
+        { value: "tool", text: "Tool" },
+        { value: "joints", text: "Joints" },
+      ],
+      (value) => this.setSpace(value as Space),
+    );
+    const frames = choice("Along", [], (frame) => {
+      this.drive.end();
+      this.frame = frame;
+    });
+    const steps = choice("Moves", STEPS, (value) => {
+      this.step = Number(value);
+    });
+    const speed = slider("Speed", { min: 0.02, max: 1, step: 0.02, value: this.share }, speedWords, (value) => {
       // The limits belong to the net that moves: a new speed takes a new one.
       this.drive.end();
       this.share = value;
@@ -61,9 +103,18 @@ export class JogPanel {
     this.arms = arms.select;
     this.frames = frames.select;
     this.frameField = frames.label;
-    this.gamepads = new Gamepads((axis, share) => { if (this.space === "tool") this.drive.press(axis, share); });
+    this.gamepads = new Gamepads((axis, share) => {
+      if (this.space === "tool") this.drive.press(axis, share);
+    });
     this.listenToKeys();
-    this.panel.append(h("div", { class: "fields" }, this.control, arms.label, space.label, frames.label, steps.label), speed.label, this.said, this.axes, this.sticks, this.pad);
+    this.panel.append(
+      h("div", { class: "fields" }, this.control, arms.label, space.label, frames.label, steps.label),
+      speed.label,
+      this.said,
+      this.axes,
+      this.sticks,
+      this.pad,
+    );
     this.showControl();
   }
 
@@ -71,8 +122,14 @@ export class JogPanel {
     const { devices } = await this.link.ask<{ devices: Device[] }>("GET", "/v1/devices");
     const arms = devices.filter((one) => one.kind === "arm").map((one) => one.name);
     this.arms.replaceChildren(...arms.map((name) => h("option", { value: name }, name)));
-    const frames = ["world", "tcp", ...scene.frames.map((one) => one.name).filter((name) => name !== "world" && name !== "tcp")];
-    this.frames.replaceChildren(...frames.map((name) => h("option", { value: name }, name === "tcp" ? "tool (tcp)" : name)));
+    const frames = [
+      "world",
+      "tcp",
+      ...scene.frames.map((one) => one.name).filter((name) => name !== "world" && name !== "tcp"),
+    ];
+    this.frames.replaceChildren(
+      ...frames.map((name) => h("option", { value: name }, name === "tcp" ? "tool (tcp)" : name)),
+    );
     if (arms[0] !== undefined) await this.choose(arms[0]);
   }
 
@@ -86,7 +143,11 @@ export class JogPanel {
 
   private setting(): JogSetting {
     return {
-      arm: this.arm, space: this.space, in: this.frame, linear_m_s: LINEAR_MAX_M_S * this.share, angular_rad_s: ANGULAR_MAX_RAD_S * this.share,
+      arm: this.arm,
+      space: this.space,
+      in: this.frame,
+      linear_m_s: LINEAR_MAX_M_S * this.share,
+      angular_rad_s: ANGULAR_MAX_RAD_S * this.share,
       rates: this.limits.map((limit) => limit * JOINT_SHARE * this.share),
     };
   }
@@ -111,12 +172,28 @@ export class JogPanel {
     this.frameField.hidden = !inTool;
     this.sticks.hidden = this.pad.hidden = !inTool;
     const names = inTool ? AXES : this.joints;
-    this.axes.replaceChildren(...names.flatMap((name, axis) => [this.button(axis, -1, name), h("span", { class: "axis" }, name), this.button(axis, 1, name)]));
+    this.axes.replaceChildren(
+      ...names.flatMap((name, axis) => [
+        this.button(axis, -1, name),
+        h("span", { class: "axis" }, name),
+        this.button(axis, 1, name),
+      ]),
+    );
     if (inTool && this.sticks.childElementCount === 0) {
       this.sticks.append(
-        stick("x y", (right, up) => { this.drive.press(0, up); this.drive.press(1, -right); }),
-        stick("z, turn", (right, up) => { this.drive.press(2, up); this.drive.press(5, -right); }));
-      this.pad.append(h("b", {}, "Keys"), h("span", {}, "Focus here, hold: W S x · A D y · R F z · U J, I K, O L about x, y, z"));
+        stick("x y", (right, up) => {
+          this.drive.press(0, up);
+          this.drive.press(1, -right);
+        }),
+        stick("z, turn", (right, up) => {
+          this.drive.press(2, up);
+          this.drive.press(5, -right);
+        }),
+      );
+      this.pad.append(
+        h("b", {}, "Keys"),
+        h("span", {}, "Focus here, hold: W S x · A D y · R F z · U J, I K, O L about x, y, z"),
+      );
     }
     this.showControl();
   }
@@ -124,13 +201,36 @@ export class JogPanel {
   /** Moves while it is held: by pointer, or by Space or Enter. */
   private button(axis: number, direction: 1 | -1, name: string): HTMLButtonElement {
     const sign = direction > 0 ? "+" : "−";
-    const press = (): void => { button.classList.add("held"); this.drive.press(axis, direction, this.distance(axis)); };
-    const release = (): void => { button.classList.remove("held"); this.drive.release(axis); };
-    const button = h("button", { type: "button", class: "push", "aria-label": `${name} ${direction > 0 ? "plus" : "minus"}, hold to move` }, sign);
-    button.addEventListener("pointerdown", (event) => { if (event.button === 0) { button.setPointerCapture(event.pointerId); press(); } });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) button.addEventListener(end, release);
-    button.addEventListener("keydown", (event) => { if ((event.key === " " || event.key === "Enter") && !event.repeat) { event.preventDefault(); press(); } });
-    button.addEventListener("keyup", (event) => { if (event.key === " " || event.key === "Enter") release(); });
+    const press = (): void => {
+      button.classList.add("held");
+      this.drive.press(axis, direction, this.distance(axis));
+    };
+    const release = (): void => {
+      button.classList.remove("held");
+      this.drive.release(axis);
+    };
+    const button = h(
+      "button",
+      { type: "button", class: "push", "aria-label": `${name} ${direction > 0 ? "plus" : "minus"}, hold to move` },
+      sign,
+    );
+    button.addEventListener("pointerdown", (event) => {
+      if (event.button === 0) {
+        button.setPointerCapture(event.pointerId);
+        press();
+      }
+    });
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture", "blur"])
+      button.addEventListener(end, release);
+    button.addEventListener("keydown", (event) => {
+      if ((event.key === " " || event.key === "Enter") && !event.repeat) {
+        event.preventDefault();
+        press();
+      }
+    });
+    button.addEventListener("keyup", (event) => {
+      if (event.key === " " || event.key === "Enter") release();
+    });
     button.addEventListener("contextmenu", (event) => event.preventDefault());
     return button;
   }

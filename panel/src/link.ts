@@ -1,4 +1,5 @@
-// The one connection with the server: requests, the stream, the lease. It reconnects by itself and moves nothing by itself.
+// The one connection with the server: requests, the stream, the lease. It reconnects by itself and moves nothing by
+// itself.
 import { Problem, type CellEvent } from "./api";
 import { decode, type Entry, type Poses } from "./frames";
 import { Signal } from "./signal";
@@ -8,8 +9,15 @@ export type Message = Record<string, unknown> & { op: string };
 /** What is watched: of an arm, a sensor, a channel, a net, or all poses. */
 export type Watched =
   | { arm: string; value: "q_measured" | "q_commanded" | "dq_measured" | "tau_measured" }
-  | { sensor: string } | { channel: string } | { net: number; port: string } | { poses: true };
-interface Monitor { message: Message; take: (entry: Entry) => void; refused: (why: string) => void }
+  | { sensor: string }
+  | { channel: string }
+  | { net: number; port: string }
+  | { poses: true };
+interface Monitor {
+  message: Message;
+  take: (entry: Entry) => void;
+  refused: (why: string) => void;
+}
 
 const RECONNECT_MS = 1000;
 const RENEW_MS = 250;
@@ -50,7 +58,10 @@ export class Link {
     try {
       const { ticket } = await this.ask<{ ticket: string }>("POST", "/v1/tickets", {});
       const scheme = location.protocol === "https:" ? "wss" : "ws";
-      const socket = new WebSocket(`${scheme}://${location.host}/v1/stream?ticket=${encodeURIComponent(ticket)}`, "takt.v1");
+      const socket = new WebSocket(
+        `${scheme}://${location.host}/v1/stream?ticket=${encodeURIComponent(ticket)}`,
+        "takt.v1",
+      );
       socket.binaryType = "arraybuffer";
       this.socket = socket;
       socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => this.received(message.data);
@@ -60,7 +71,8 @@ export class Link {
         this.closed();
       };
     } catch (error) {
-      if (error instanceof Problem && error.status === 401) this.needsToken.emit(token() ? "The server does not know this token." : "The server asks for a token.");
+      if (error instanceof Problem && error.status === 401)
+        this.needsToken.emit(token() ? "The server does not know this token." : "The server asks for a token.");
       else this.closed();
     }
   }
@@ -72,7 +84,12 @@ export class Link {
   }
 
   /** A value, every so many seconds; it goes on after a reconnect. @return what ends it */
-  monitor(what: Watched, every_s: number, take: (entry: Entry) => void, refused: (why: string) => void = () => {}): () => void {
+  monitor(
+    what: Watched,
+    every_s: number,
+    take: (entry: Entry) => void,
+    refused: (why: string) => void = () => {},
+  ): () => void {
     const id = ++this.lastId;
     const message = { op: "monitor", id, every: Math.max(1, Math.round(every_s / this.period_s)), ...what };
     this.monitors.set(id, { message, take, refused });
@@ -102,14 +119,24 @@ export class Link {
     if (body !== undefined) headers["Content-Type"] = "application/json";
     if (token()) headers["Authorization"] = `Bearer ${token()}`;
     if (this.fence) headers["Takt-Fence"] = String(this.fence);
-    const answer = await fetch(path, { method, headers, body: body === undefined ? undefined : JSON.stringify(body), cache: "no-store", referrerPolicy: "no-referrer" });
+    const answer = await fetch(path, {
+      method,
+      headers,
+      body: body === undefined ? undefined : JSON.stringify(body),
+      cache: "no-store",
+      referrerPolicy: "no-referrer",
+    });
     if (answer.ok) {
       this.heard = performance.now();
       return answer;
     }
     const isJson = (answer.headers.get("Content-Type") ?? "").includes("json");
     const problem = isJson ? await answer.json() : {};
-    throw new Problem(answer.status, problem.detail ?? `the server answered ${answer.status}`, problem.diagnostics ?? []);
+    throw new Problem(
+      answer.status,
+      problem.detail ?? `the server answered ${answer.status}`,
+      problem.diagnostics ?? [],
+    );
   }
 
   private renewLater(fence: number): void {
@@ -134,7 +161,8 @@ export class Link {
     if (typeof data !== "string") return this.receivedFrame(data);
     const message = JSON.parse(data) as Message;
     switch (message.op) {
-      case "hello": return this.greeted(message as Message & { role: Link["role"]; period_s: number; cycle: number; next: number });
+      case "hello":
+        return this.greeted(message as Message & { role: Link["role"]; period_s: number; cycle: number; next: number });
       case "events":
         this.next = message["next"] as number;
         return this.events.emit(message["events"] as CellEvent[]);
@@ -151,7 +179,13 @@ export class Link {
   private refused(message: Message): void {
     const monitor = this.monitors.get(message["id"] as number);
     this.monitors.delete(message["id"] as number);
-    monitor?.refused(new Problem(message["status"] as number, message["detail"] as string, (message["diagnostics"] ?? []) as Problem["diagnostics"]).words);
+    monitor?.refused(
+      new Problem(
+        message["status"] as number,
+        message["detail"] as string,
+        (message["diagnostics"] ?? []) as Problem["diagnostics"],
+      ).words,
+    );
   }
 
   private receivedFrame(data: ArrayBuffer): void {

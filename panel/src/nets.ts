@@ -51,7 +51,9 @@ export class Nets {
     // Many events come at once: what is still there after them is asked for, once.
     setTimeout(() => {
       this.planned = false;
-      void this.refresh([...this.states.values()].filter((one) => ACTIVE.has(one.state) && !one.name).map((one) => one.net));
+      void this.refresh(
+        [...this.states.values()].filter((one) => ACTIVE.has(one.state) && !one.name).map((one) => one.net),
+      );
     }, 60);
   }
 
@@ -72,7 +74,8 @@ export class Nets {
     }
     this.render();
     const newest = this.newest();
-    if (this.visible && newest !== this.chosen && !ACTIVE.has(this.states.get(this.chosen)?.state ?? "")) void this.open(newest);
+    if (this.visible && newest !== this.chosen && !ACTIVE.has(this.states.get(this.chosen)?.state ?? ""))
+      void this.open(newest);
   }
 
   /** The number of the newest net that runs; 0: none does. */
@@ -81,12 +84,25 @@ export class Nets {
   }
 
   private render(): void {
-    const items = [...this.states.values()].sort((a, b) => b.net - a.net).map((one) => {
-      const state = h("span", { class: "state", "data-state": one.state }, one.state);
-      const button = h("button", { type: "button", "aria-pressed": String(one.net === this.chosen), click: () => void this.open(one.net) }, h("b", {}, String(one.net)), h("span", {}, one.name || "net"), state);
-      const why = one.state === "Rejected" ? one.diagnostics.map((each) => h("p", { class: "why" }, `${each.pointer ?? ""} ${each.message ?? ""}. ${each.hint ?? ""}`)) : [];
-      return h("li", {}, button, ...why);
-    });
+    const items = [...this.states.values()]
+      .sort((a, b) => b.net - a.net)
+      .map((one) => {
+        const state = h("span", { class: "state", "data-state": one.state }, one.state);
+        const button = h(
+          "button",
+          { type: "button", "aria-pressed": String(one.net === this.chosen), click: () => void this.open(one.net) },
+          h("b", {}, String(one.net)),
+          h("span", {}, one.name || "net"),
+          state,
+        );
+        const why =
+          one.state === "Rejected"
+            ? one.diagnostics.map((each) =>
+                h("p", { class: "why" }, `${each.pointer ?? ""} ${each.message ?? ""}. ${each.hint ?? ""}`),
+              )
+            : [];
+        return h("li", {}, button, ...why);
+      });
     this.list.replaceChildren(...(items.length ? items : [h("li", { class: "quiet" }, "No net has run yet")]));
   }
 
@@ -102,7 +118,8 @@ export class Nets {
     try {
       const graph = await this.link.ask<Graph>("GET", `/v1/nets/${net}/graph`);
       const { reactions } = await this.link.ask<{ reactions: Reaction[] }>("GET", `/v1/nets/${net}/report`);
-      if (this.chosen === net) this.detail.replaceChildren(this.draw(graph), certificate(reactions, this.link.period_s));
+      if (this.chosen === net)
+        this.detail.replaceChildren(this.draw(graph), certificate(reactions, this.link.period_s));
     } catch (error) {
       this.detail.replaceChildren(h("p", { class: "quiet" }, wordsOf(error)));
     }
@@ -110,11 +127,23 @@ export class Nets {
 
   private draw(graph: Graph): HTMLElement {
     const { boxes, width, height } = layout(graph);
-    const picture = svg("svg", { viewBox: `-8 -8 ${width + 16} ${height + 16}`, width: width + 16, height: height + 16, role: "img", "aria-label": `Net ${graph.net}: ${graph.primitives.length} primitives` });
+    const picture = svg("svg", {
+      viewBox: `-8 -8 ${width + 16} ${height + 16}`,
+      width: width + 16,
+      height: height + 16,
+      role: "img",
+      "aria-label": `Net ${graph.net}: ${graph.primitives.length} primitives`,
+    });
     for (const link of graph.links) {
       const from = boxes[link.from];
       const to = boxes[link.to];
-      if (from && to) picture.append(svg("path", { d: path(from, to), class: `wire${link.delayed ? " delayed" : ""}${link.may_be_null ? " nullable" : ""}` }));
+      if (from && to)
+        picture.append(
+          svg("path", {
+            d: path(from, to),
+            class: `wire${link.delayed ? " delayed" : ""}${link.may_be_null ? " nullable" : ""}`,
+          }),
+        );
     }
     const running = ACTIVE.has(this.states.get(graph.net)?.state ?? "");
     graph.primitives.forEach((primitive, i) => {
@@ -122,20 +151,35 @@ export class Nets {
       if (!box) return;
       const value = svg("text", { x: 8, y: 51, class: "value" });
       const id = readable(primitive.id);
-      picture.append(svg("g", { transform: `translate(${box.x} ${box.y})`, class: "primitive" },
-        svg("rect", { width: BOX.width, height: BOX.height, rx: 5 }),
-        svg("text", { x: 8, y: 18, class: "id" }, id.length > 24 ? `…${id.slice(-23)}` : id),
-        svg("text", { x: 8, y: 34, class: "type" }, primitive.type), value, svg("title", {}, `${id} (${primitive.type})`)));
+      picture.append(
+        svg(
+          "g",
+          { transform: `translate(${box.x} ${box.y})`, class: "primitive" },
+          svg("rect", { width: BOX.width, height: BOX.height, rx: 5 }),
+          svg("text", { x: 8, y: 18, class: "id" }, id.length > 24 ? `…${id.slice(-23)}` : id),
+          svg("text", { x: 8, y: 34, class: "type" }, primitive.type),
+          value,
+          svg("title", {}, `${id} (${primitive.type})`),
+        ),
+      );
       const output = primitive.outputs[0];
       if (!output || !running || !this.visible || this.stop.length >= MOST_VALUES) return;
-      this.stop.push(this.link.monitor({ net: graph.net, port: `${primitive.id}.${output.name}` }, VALUES_EVERY_S, (entry) => {
-        const text = short(entry);
-        setText(value, text.length > 24 ? `${text.slice(0, 23)}…` : text);
-        value.classList.toggle("null", text === NULL);
-      }));
+      this.stop.push(
+        this.link.monitor({ net: graph.net, port: `${primitive.id}.${output.name}` }, VALUES_EVERY_S, (entry) => {
+          const text = short(entry);
+          setText(value, text.length > 24 ? `${text.slice(0, 23)}…` : text);
+          value.classList.toggle("null", text === NULL);
+        }),
+      );
     });
-    const title = `${graph.name || `net ${graph.net}`}${graph.resources.length ? ` drives ${graph.resources.join(", ")}` : ""}`;
-    return h("figure", { class: "graph" }, h("figcaption", {}, title), h("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Graph, scrollable" }, picture));
+    const drives = graph.resources.length ? ` drives ${graph.resources.join(", ")}` : "";
+    const title = (graph.name || `net ${graph.net}`) + drives;
+    return h(
+      "figure",
+      { class: "graph" },
+      h("figcaption", {}, title),
+      h("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Graph, scrollable" }, picture),
+    );
   }
 }
 
@@ -148,7 +192,16 @@ function readable(id: string): string {
   }
 }
 
-const unknown = (net: number): NetState => ({ net, name: "", state: "", cause: "", cause_text: "", first_cycle: -1, last_cycle: -1, diagnostics: [] });
+const unknown = (net: number): NetState => ({
+  net,
+  name: "",
+  state: "",
+  cause: "",
+  cause_text: "",
+  first_cycle: -1,
+  last_cycle: -1,
+  diagnostics: [],
+});
 
 function path(from: Box, to: Box): string {
   const [x1, y1, x2, y2] = [from.x + BOX.width, from.y + BOX.height / 2, to.x, to.y + BOX.height / 2];
@@ -158,8 +211,21 @@ function path(from: Box, to: Box): string {
 
 function certificate(reactions: Reaction[], period_s: number): HTMLElement {
   const ms = (cycles: number): string => `${cycles} (${(1000 * cycles * period_s).toFixed(1)} ms)`;
-  const rows = reactions.map((one) => h("tr", {}, h("td", {}, one.source), h("td", {}, one.sink), h("td", {}, one.data_dependent ? `${one.maximum_cycles} and more` : ms(one.maximum_cycles))));
+  const rows = reactions.map((one) =>
+    h(
+      "tr",
+      {},
+      h("td", {}, one.source),
+      h("td", {}, one.sink),
+      h("td", {}, one.data_dependent ? `${one.maximum_cycles} and more` : ms(one.maximum_cycles)),
+    ),
+  );
   if (rows.length === 0) return h("p", { class: "quiet" }, "The net reacts to nothing: it has no certificate.");
   const head = h("tr", {}, ...["From", "To", "At most, cycles"].map((text) => h("th", { scope: "col" }, text)));
-  return h("details", {}, h("summary", {}, `Certificate: ${rows.length} reactions`), h("table", {}, h("thead", {}, head), h("tbody", {}, ...rows)));
+  return h(
+    "details",
+    {},
+    h("summary", {}, `Certificate: ${rows.length} reactions`),
+    h("table", {}, h("thead", {}, head), h("tbody", {}, ...rows)),
+  );
 }

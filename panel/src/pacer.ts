@@ -22,7 +22,11 @@ export class Pacer {
    * @param draw  draws a picture
    * @param resize  from now on pictures have this share of the pixels of a side
    */
-  constructor(private readonly gl: WebGL2RenderingContext, private readonly draw: () => void, private readonly resize: (share: number) => void) {}
+  constructor(
+    private readonly gl: WebGL2RenderingContext,
+    private readonly draw: () => void,
+    private readonly resize: (share: number) => void,
+  ) {}
 
   /** Something has changed. */
   ask(): void {
@@ -55,7 +59,10 @@ export class Pacer {
     this.look();
     // Once nothing changes any more, one picture with all pixels, however long it takes.
     clearTimeout(this.settling);
-    if (share < 1) this.settling = window.setTimeout(() => { if (!this.sync) this.paint(performance.now(), 1); }, SETTLED_MS);
+    if (share < 1)
+      this.settling = window.setTimeout(() => {
+        if (!this.sync) this.paint(performance.now(), 1);
+      }, SETTLED_MS);
   }
 
   private isFinished(now: number): boolean {

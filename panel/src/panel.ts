@@ -29,7 +29,10 @@ class Panel {
   private readonly jog = new JogPanel(this.link);
   private readonly nets = new Nets(this.link);
   private readonly cameras = new Cameras(this.link);
-  private readonly faults = new Faults(() => this.link.period_s, (count) => this.side.count("faults", count));
+  private readonly faults = new Faults(
+    () => this.link.period_s,
+    (count) => this.side.count("faults", count),
+  );
   private readonly plots = new Plots(this.link, this.axis);
   private readonly timeline = new Timeline(this.axis);
   private readonly events = new Events();
@@ -55,7 +58,9 @@ class Panel {
     byId("below").append(this.below.element);
     startTheme(byId("theme"), (colors) => this.view.theme(colors));
     this.link.opened.on(({ restarted }) => this.opened(restarted));
-    this.link.lost.on(() => this.notice("The server cannot be reached. The page connects again by itself; nothing begins by itself."));
+    this.link.lost.on(() =>
+      this.notice("The server cannot be reached. The page connects again by itself; nothing begins by itself."),
+    );
     this.link.needsToken.on((why) => this.askToken(why));
     this.link.events.on((events) => this.hear(events));
     this.link.poses.on((poses) => this.axis.advance(poses.time_s));
@@ -63,7 +68,10 @@ class Panel {
 
   start(): void {
     takeTokenFromAddress();
-    addEventListener("hashchange", () => { takeTokenFromAddress(); location.reload(); });
+    addEventListener("hashchange", () => {
+      takeTokenFromAddress();
+      location.reload();
+    });
     void this.link.connect();
     setInterval(() => void this.poll(), STATE_EVERY_MS);
   }
@@ -112,7 +120,10 @@ class Panel {
   }
 
   private async pollProgram(state: State): Promise<void> {
-    const { entries, next } = await this.link.ask<{ entries: LogEntry[]; next: number }>("GET", `/v1/program/log?from=${this.nextEntry}`);
+    const { entries, next } = await this.link.ask<{ entries: LogEntry[]; next: number }>(
+      "GET",
+      `/v1/program/log?from=${this.nextEntry}`,
+    );
     this.nextEntry = next;
     for (const part of [this.program, this.faults, this.timeline, this.events]) part.read(entries);
     this.program.show(await this.link.ask<Program>("GET", "/v1/program"), state.time_s);
@@ -124,7 +135,11 @@ class Panel {
     this.faults.hear(events);
     this.nets.hear(events);
     const started = events.findLast((event) => event.kind === "state");
-    if (started?.state === "Running") this.link.ask<Graph>("GET", `/v1/nets/${started.net}/graph`).then((graph) => this.plots.offerNet(graph)).catch(() => this.plots.offerNet(null));
+    if (started?.state === "Running")
+      this.link
+        .ask<Graph>("GET", `/v1/nets/${started.net}/graph`)
+        .then((graph) => this.plots.offerNet(graph))
+        .catch(() => this.plots.offerNet(null));
   }
 
   private notice(text: string): void {
@@ -132,7 +147,10 @@ class Panel {
     notice.hidden = text === "";
     setText(notice, text);
     clearTimeout(this.hideNotice);
-    if (text && this.link.open) this.hideNotice = window.setTimeout(() => { notice.hidden = true; }, 8000);
+    if (text && this.link.open)
+      this.hideNotice = window.setTimeout(() => {
+        notice.hidden = true;
+      }, 8000);
   }
 
   private askToken(why: string): void {

@@ -14,9 +14,17 @@ const DRAW_EVERY_MS = 80;
 const HEIGHT = 116;
 /** Told apart by people who see colours otherwise, too; on light and on dark. */
 const COLORS = ["#4aa8ff", "#e8892b", "#2fb39a", "#d86bd0", "#b7a100", "#e5484d", "#8e8ce8", "#7a8a99"];
-const ARM_VALUES = [["q_measured", "position, measured"], ["q_commanded", "position, commanded"], ["dq_measured", "velocity"], ["tau_measured", "torque"]] as const;
+const ARM_VALUES = [
+  ["q_measured", "position, measured"],
+  ["q_commanded", "position, commanded"],
+  ["dq_measured", "velocity"],
+  ["tau_measured", "torque"],
+] as const;
 
-interface Source { title: string; watched: Watched }
+interface Source {
+  title: string;
+  watched: Watched;
+}
 
 export class Plots {
   readonly panel = h("div", { class: "plots" });
@@ -25,11 +33,32 @@ export class Plots {
   private sources: Source[] = [];
   private readonly open = new Set<Plot>();
 
-  constructor(private readonly link: Link, private readonly axis: TimeAxis) {
+  constructor(
+    private readonly link: Link,
+    private readonly axis: TimeAxis,
+  ) {
     const add = h("button", { type: "button", click: () => this.add() }, "Plot");
-    const hold = h("button", { type: "button", "aria-pressed": "false", click: () => { axis.hold(!axis.held); hold.setAttribute("aria-pressed", String(axis.held)); } }, "Hold");
-    const spans = h("select", { "aria-label": "Time shown", change: () => axis.show(Number(spans.value)) }, ...[5, 20, 60, 120].map((s) => h("option", { value: s, selected: s === axis.span }, `${s} s`)));
-    this.panel.append(h("div", { class: "fields", role: "toolbar", "aria-label": "Plots" }, this.select, add, spans, hold), this.cards);
+    const hold = h(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": "false",
+        click: () => {
+          axis.hold(!axis.held);
+          hold.setAttribute("aria-pressed", String(axis.held));
+        },
+      },
+      "Hold",
+    );
+    const spans = h(
+      "select",
+      { "aria-label": "Time shown", change: () => axis.show(Number(spans.value)) },
+      ...[5, 20, 60, 120].map((s) => h("option", { value: s, selected: s === axis.span }, `${s} s`)),
+    );
+    this.panel.append(
+      h("div", { class: "fields", role: "toolbar", "aria-label": "Plots" }, this.select, add, spans, hold),
+      this.cards,
+    );
     let last = 0;
     axis.changed.on(() => {
       if (performance.now() - last < DRAW_EVERY_MS || !this.panel.checkVisibility()) return;
@@ -43,7 +72,9 @@ export class Plots {
     const { channels } = await this.link.ask<{ channels: Channel[] }>("GET", "/v1/channels");
     const arms = devices.filter((one) => one.kind === "arm");
     this.sources = [
-      ...arms.flatMap(({ name }) => ARM_VALUES.map(([value, words]): Source => ({ title: `${name}: ${words}`, watched: { arm: name, value } }))),
+      ...arms.flatMap(({ name }) =>
+        ARM_VALUES.map(([value, words]): Source => ({ title: `${name}: ${words}`, watched: { arm: name, value } })),
+      ),
       ...scene.sensors.map(({ name }): Source => ({ title: `${name}: wrench`, watched: { sensor: name } })),
       ...channels.map(({ name }): Source => ({ title: `channel ${name}`, watched: { channel: name } })),
     ];
@@ -53,15 +84,28 @@ export class Plots {
 
   /** Ports of the net that runs may be plotted, too. */
   offerNet(graph: Graph | null): void {
-    this.offer(graph === null ? [] : graph.primitives.flatMap((primitive) => primitive.outputs.filter((port) => port.type !== "String").map((port): Source =>
-      ({ title: `net ${graph.net}: ${primitive.id}.${port.name}`, watched: { net: graph.net, port: `${primitive.id}.${port.name}` } }))));
+    this.offer(
+      graph === null
+        ? []
+        : graph.primitives.flatMap((primitive) =>
+            primitive.outputs
+              .filter((port) => port.type !== "String")
+              .map((port): Source => ({
+                title: `net ${graph.net}: ${primitive.id}.${port.name}`,
+                watched: { net: graph.net, port: `${primitive.id}.${port.name}` },
+              })),
+          ),
+    );
   }
 
   private offer(ports: Source[]): void {
     const all = [...this.sources, ...ports];
     const before = this.select.value;
     this.select.replaceChildren(...all.map((one, i) => h("option", { value: i }, one.title)));
-    this.select.selectedIndex = Math.max(0, all.findIndex((_, i) => String(i) === before));
+    this.select.selectedIndex = Math.max(
+      0,
+      all.findIndex((_, i) => String(i) === before),
+    );
     this.offered = all;
   }
   private offered: Source[] = [];
@@ -72,7 +116,13 @@ export class Plots {
 
   private plot(source: Source | undefined): void {
     if (!source) return;
-    const plot = new Plot(source.title, this.axis, (take, refused) => this.link.monitor(source.watched, SAMPLE_EVERY_S, take, refused), this.link, () => this.open.delete(plot));
+    const plot = new Plot(
+      source.title,
+      this.axis,
+      (take, refused) => this.link.monitor(source.watched, SAMPLE_EVERY_S, take, refused),
+      this.link,
+      () => this.open.delete(plot),
+    );
     this.open.add(plot);
     this.cards.prepend(plot.card);
   }
@@ -89,14 +139,45 @@ class Plot {
   private chart: uPlot | null = null;
   private readonly end: () => void;
 
-  constructor(private readonly title: string, private readonly axis: TimeAxis, begin: Begin, private readonly link: Link, closed: () => void) {
-    const close = h("button", { type: "button", class: "close", "aria-label": `Close the plot of ${title}`, click: () => { this.close(); closed(); } }, "×");
-    this.card = h("section", { class: "card", "aria-label": title }, h("header", {}, h("h2", {}, title), close), this.place, this.note);
+  constructor(
+    private readonly title: string,
+    private readonly axis: TimeAxis,
+    begin: Begin,
+    private readonly link: Link,
+    closed: () => void,
+  ) {
+    const close = h(
+      "button",
+      {
+        type: "button",
+        class: "close",
+        "aria-label": `Close the plot of ${title}`,
+        click: () => {
+          this.close();
+          closed();
+        },
+      },
+      "×",
+    );
+    this.card = h(
+      "section",
+      { class: "card", "aria-label": title },
+      h("header", {}, h("h2", {}, title), close),
+      this.place,
+      this.note,
+    );
     const stopCursor = axis.cursorMoved.on((time) => this.showCursor(time));
-    const stop = begin((entry) => this.take(entry), (why) => setText(this.note, why));
+    const stop = begin(
+      (entry) => this.take(entry),
+      (why) => setText(this.note, why),
+    );
     const watch = new ResizeObserver(() => this.chart?.setSize({ width: this.place.clientWidth, height: HEIGHT }));
     watch.observe(this.place);
-    this.end = () => { stop(); stopCursor(); watch.disconnect(); };
+    this.end = () => {
+      stop();
+      stopCursor();
+      watch.disconnect();
+    };
   }
 
   draw(): void {
@@ -119,7 +200,7 @@ class Plot {
       this.begin(partsOf(type, value.length));
     }
     this.times.push(time);
-    this.columns.forEach((column, i) => column.push(value === null ? null : value[i] ?? null));
+    this.columns.forEach((column, i) => column.push(value === null ? null : (value[i] ?? null)));
     if (this.times.length > MOST_SAMPLES * 1.2) {
       this.times.splice(0, this.times.length - MOST_SAMPLES);
       for (const column of this.columns) column.splice(0, column.length - MOST_SAMPLES);
@@ -130,20 +211,57 @@ class Plot {
     this.note.hidden = true;
     const text = (): string => getComputedStyle(document.documentElement).getPropertyValue("--quiet");
     const line = (): string => getComputedStyle(document.documentElement).getPropertyValue("--line");
-    const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui, sans-serif" };
-    this.chart = new uPlot({
-      width: this.place.clientWidth || 400, height: HEIGHT, scales: { x: { time: false } },
-      axes: [{ ...axis, size: 24 }, { ...axis, size: 52 }], legend: { live: true }, cursor: { y: false, points: { size: 6 } },
-      series: [{ label: "s", value: (_, value) => (value === null ? "" : value.toFixed(2)) }, ...parts.map((label, i) => ({ label, stroke: COLORS[i % COLORS.length] ?? "", width: 1.5, points: { show: false }, value: (_: uPlot, value: number | null) => (value === null ? "" : value.toPrecision(4)) }))],
-      hooks: { setCursor: [(chart) => { if (chart.root.matches(":hover")) this.axis.setCursor((chart.cursor.left ?? -1) >= 0 ? chart.posToVal(chart.cursor.left ?? 0, "x") : null); }] },
-    }, [[], ...this.columns.map(() => [])] as unknown as uPlot.AlignedData, this.place);
+    const axis = {
+      stroke: text,
+      grid: { stroke: line, width: 1 },
+      ticks: { stroke: line, width: 1 },
+      font: "11px system-ui, sans-serif",
+    };
+    this.chart = new uPlot(
+      {
+        width: this.place.clientWidth || 400,
+        height: HEIGHT,
+        scales: { x: { time: false } },
+        axes: [
+          { ...axis, size: 24 },
+          { ...axis, size: 52 },
+        ],
+        legend: { live: true },
+        cursor: { y: false, points: { size: 6 } },
+        series: [
+          { label: "s", value: (_, value) => (value === null ? "" : value.toFixed(2)) },
+          ...parts.map((label, i) => ({
+            label,
+            stroke: COLORS[i % COLORS.length] ?? "",
+            width: 1.5,
+            points: { show: false },
+            value: (_: uPlot, value: number | null) => (value === null ? "" : value.toPrecision(4)),
+          })),
+        ],
+        hooks: {
+          setCursor: [
+            (chart) => {
+              if (chart.root.matches(":hover"))
+                this.axis.setCursor(
+                  (chart.cursor.left ?? -1) >= 0 ? chart.posToVal(chart.cursor.left ?? 0, "x") : null,
+                );
+            },
+          ],
+        },
+      },
+      [[], ...this.columns.map(() => [])] as unknown as uPlot.AlignedData,
+      this.place,
+    );
     this.chart.root.setAttribute("aria-label", `Plot of ${this.title}`);
     this.chart.root.setAttribute("role", "img");
   }
 
   private showCursor(time: number | null): void {
     if (!this.chart || this.chart.root.matches(":hover")) return;
-    this.chart.setCursor({ left: time === null ? -10 : this.chart.valToPos(time, "x"), top: time === null ? -10 : HEIGHT / 3 }, false);
+    this.chart.setCursor(
+      { left: time === null ? -10 : this.chart.valToPos(time, "x"), top: time === null ? -10 : HEIGHT / 3 },
+      false,
+    );
   }
 
   private forget(): void {

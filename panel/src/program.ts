@@ -3,10 +3,18 @@ import { wordsOf, type LogEntry, type Program, type Step } from "./api";
 import { h, setText, slider } from "./dom";
 import type { Link } from "./link";
 
-interface Row { element: HTMLElement; name: string; children: Row[] }
+interface Row {
+  element: HTMLElement;
+  name: string;
+  children: Row[];
+}
 
 const WORDS: Record<Program["state"], string> = {
-  "awaits start": "Ready: nothing has moved yet. Start begins.", runs: "Runs", paused: "Paused: at rest on its path", "awaits step": "Waits before the next step: the time stands", ended: "Ended",
+  "awaits start": "Ready: nothing has moved yet. Start begins.",
+  runs: "Runs",
+  paused: "Paused: at rest on its path",
+  "awaits step": "Waits before the next step: the time stands",
+  ended: "Ended",
 };
 
 export class ProgramPanel {
@@ -16,7 +24,12 @@ export class ProgramPanel {
   private readonly time = h("p", { class: "quiet" });
   private readonly result = h("div", { class: "result" });
   private readonly buttons: Record<"start" | "pause" | "step" | "cancel", HTMLButtonElement>;
-  private readonly speed = slider("Speed", { min: 0, max: 1, step: 0.05, value: 1 }, (value) => `${Math.round(100 * value)} %`, (share) => void this.ask("PUT", "speed", { share }));
+  private readonly speed = slider(
+    "Speed",
+    { min: 0, max: 1, step: 0.05, value: 1 },
+    (value) => `${Math.round(100 * value)} %`,
+    (share) => void this.ask("PUT", "speed", { share }),
+  );
   private roots: Row[] = [];
   private began = 0;
   private time_s = 0;
@@ -24,11 +37,32 @@ export class ProgramPanel {
 
   constructor(private readonly link: Link) {
     const button = (what: string, text: string, keys: string): HTMLButtonElement =>
-      h("button", { type: "button", "aria-keyshortcuts": keys, title: `${text} (${keys})`, click: () => void this.ask("POST", what, {}) }, text);
-    this.buttons = { start: button("start", "Start", "F8"), pause: button("pause", "Pause", "F9"), step: button("step", "Step", "F10"), cancel: button("cancel", "Cancel", "") };
+      h(
+        "button",
+        {
+          type: "button",
+          "aria-keyshortcuts": keys,
+          title: `${text} (${keys})`,
+          click: () => void this.ask("POST", what, {}),
+        },
+        text,
+      );
+    this.buttons = {
+      start: button("start", "Start", "F8"),
+      pause: button("pause", "Pause", "F9"),
+      step: button("step", "Step", "F10"),
+      cancel: button("cancel", "Cancel", ""),
+    };
     this.buttons.cancel.removeAttribute("aria-keyshortcuts");
     this.buttons.cancel.title = "Ends in order";
-    this.panel.append(h("div", { class: "fields", role: "toolbar", "aria-label": "Program" }, ...Object.values(this.buttons)), this.speed.label, this.said, this.time, this.result, this.tree);
+    this.panel.append(
+      h("div", { class: "fields", role: "toolbar", "aria-label": "Program" }, ...Object.values(this.buttons)),
+      this.speed.label,
+      this.said,
+      this.time,
+      this.result,
+      this.tree,
+    );
     addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -41,7 +75,12 @@ export class ProgramPanel {
 
   show(program: Program, time_s: number): void {
     this.time_s = time_s;
-    setText(this.said, program.state === "awaits step" && program.next.name ? `Waits before '${program.next.name}': the time stands` : WORDS[program.state]);
+    setText(
+      this.said,
+      program.state === "awaits step" && program.next.name
+        ? `Waits before '${program.next.name}': the time stands`
+        : WORDS[program.state],
+    );
     const isOver = program.state === "ended";
     const observes = this.link.role === "observer";
     setText(this.buttons.start, program.state === "awaits start" ? "Start" : "Continue");
@@ -51,12 +90,21 @@ export class ProgramPanel {
     this.buttons.cancel.disabled = observes || isOver || program.cancelled;
     this.speed.input.disabled = observes || isOver;
     this.speed.show(program.speed);
-    setText(this.time, program.planned_s > 0 ? `${time_s.toFixed(1)} s of about ${program.planned_s.toFixed(1)} s predicted` : "");
+    setText(
+      this.time,
+      program.planned_s > 0 ? `${time_s.toFixed(1)} s of about ${program.planned_s.toFixed(1)} s predicted` : "",
+    );
     this.showRunning(program.running);
     const changed = program.next.changed.map((one) => h("p", { class: "variable" }, one));
     const findings = program.findings.map((one) => h("li", {}, one));
-    const verdict = isOver ? [h("p", { class: "verdict", "data-verdict": program.verdict }, program.verdict), ...(findings.length ? [h("ul", {}, ...findings)] : [])] : [];
-    if (this.result.textContent !== [...changed, ...verdict].map((one) => one.textContent).join("")) this.result.replaceChildren(...changed, ...verdict);
+    const verdict = isOver
+      ? [
+          h("p", { class: "verdict", "data-verdict": program.verdict }, program.verdict),
+          ...(findings.length ? [h("ul", {}, ...findings)] : []),
+        ]
+      : [];
+    if (this.result.textContent !== [...changed, ...verdict].map((one) => one.textContent).join(""))
+      this.result.replaceChildren(...changed, ...verdict);
   }
 
   /** Marks how steps ended. */
@@ -114,12 +162,20 @@ export class ProgramPanel {
 
 /** The nearest row of this name, through rows that have none. */
 function search(rows: Row[], name: string): Row | undefined {
-  return rows.find((one) => one.name === name) ?? rows.map((one) => search(one.children, name)).find((one) => one !== undefined);
+  return (
+    rows.find((one) => one.name === name) ??
+    rows.map((one) => search(one.children, name)).find((one) => one !== undefined)
+  );
 }
 
 function row(step: Step): Row {
   const children = step.steps.map((one) => row(one));
   const label = h("span", { class: "step" }, h("span", { class: "kind" }, step.do), step.name);
-  const element = h("li", { title: step.pointer }, label, ...(children.length ? [h("ul", {}, ...children.map((one) => one.element))] : []));
+  const element = h(
+    "li",
+    { title: step.pointer },
+    label,
+    ...(children.length ? [h("ul", {}, ...children.map((one) => one.element))] : []),
+  );
   return { element, name: step.name || step.do, children };
 }

@@ -48,12 +48,18 @@ function material([r, g, b, opacity]: Shape["rgba"], ghost: boolean): THREE.Mate
 
 function geometryOf(shape: Shape, meshes: THREE.BufferGeometry[]): THREE.BufferGeometry {
   switch (shape.kind) {
-    case "box": return new THREE.BoxGeometry(shape.size[0], shape.size[1], shape.size[2]);
-    case "sphere": return new THREE.SphereGeometry(shape.radius, 24, 16);
-    case "ellipsoid": return new THREE.SphereGeometry(1, 24, 16);
-    case "cylinder": return new THREE.CylinderGeometry(shape.radius, shape.radius, shape.length, 32);
-    case "capsule": return new THREE.CapsuleGeometry(shape.radius, shape.length, 8, 16);
-    case "plane": return new THREE.PlaneGeometry(shape.size[0] || 20, shape.size[1] || 20);
+    case "box":
+      return new THREE.BoxGeometry(shape.size[0], shape.size[1], shape.size[2]);
+    case "sphere":
+      return new THREE.SphereGeometry(shape.radius, 24, 16);
+    case "ellipsoid":
+      return new THREE.SphereGeometry(1, 24, 16);
+    case "cylinder":
+      return new THREE.CylinderGeometry(shape.radius, shape.radius, shape.length, 32);
+    case "capsule":
+      return new THREE.CapsuleGeometry(shape.radius, shape.length, 8, 16);
+    case "plane":
+      return new THREE.PlaneGeometry(shape.size[0] || 20, shape.size[1] || 20);
     case "mesh": {
       const found = meshes[shape.mesh];
       if (found) return found;

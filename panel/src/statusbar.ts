@@ -6,21 +6,30 @@ import type { Link } from "./link";
 
 const OLD_MS = 1000;
 const REALITY: Record<State["reality"], string> = {
-  SIM: "Everything is simulated", EMULATED: "Drivers of real devices, against emulated controllers", HARDWARE: "Something real moves",
+  SIM: "Everything is simulated",
+  EMULATED: "Drivers of real devices, against emulated controllers",
+  HARDWARE: "Something real moves",
 };
 
 export class StatusBar {
   private readonly say: (text: string) => void;
 
-  constructor(private readonly link: Link, say: (text: string) => void) {
+  constructor(
+    private readonly link: Link,
+    say: (text: string) => void,
+  ) {
     this.say = say;
     byId("stop").addEventListener("click", () => void this.stop());
     // Wherever the focus is, and before anything else hears of the key.
-    addEventListener("keydown", (event) => {
-      if (event.key !== "Escape" || event.repeat) return;
-      event.preventDefault();
-      void this.stop();
-    }, { capture: true });
+    addEventListener(
+      "keydown",
+      (event) => {
+        if (event.key !== "Escape" || event.repeat) return;
+        event.preventDefault();
+        void this.stop();
+      },
+      { capture: true },
+    );
     setInterval(() => this.showAge(), 200);
   }
 
@@ -34,7 +43,12 @@ export class StatusBar {
     const { overruns, worst_cycle_s } = state.health;
     const worst = worst_cycle_s > 0 ? `worst ${(1000 * worst_cycle_s).toFixed(2)} ms` : "";
     const health = byId("health");
-    setText(health, [state.realtime ? `${overruns} overrun${overruns === 1 ? "" : "s"}` : "lock-step", worst].filter(Boolean).join(", "));
+    setText(
+      health,
+      [state.realtime ? `${overruns} overrun${overruns === 1 ? "" : "s"}` : "lock-step", worst]
+        .filter(Boolean)
+        .join(", "),
+    );
     health.toggleAttribute("data-bad", overruns > 0);
     setText(byId("holder"), holderOf(state, this.link.fence));
   }
@@ -42,7 +56,12 @@ export class StatusBar {
   private showAge(): void {
     const age = performance.now() - this.link.heard;
     const isOld = this.link.heard === 0 || age > OLD_MS;
-    const text = this.link.heard === 0 ? "not connected" : isOld ? `no word for ${Math.round(age / 1000)} s` : `link ${(Math.floor(age / 100) / 10).toFixed(1)} s`;
+    const text =
+      this.link.heard === 0
+        ? "not connected"
+        : isOld
+          ? `no word for ${Math.round(age / 1000)} s`
+          : `link ${(Math.floor(age / 100) / 10).toFixed(1)} s`;
     const element = byId("age");
     setText(element, text);
     element.toggleAttribute("data-bad", isOld);

@@ -18,10 +18,14 @@ export function stick(label: string, push: (right: number, up: number) => void):
     let right = (event.clientX - box.left - radius) / radius;
     let up = -(event.clientY - box.top - radius) / radius;
     const far = Math.hypot(right, up);
-    if (far > 1) { right /= far; up /= far; }
+    if (far > 1) {
+      right /= far;
+      up /= far;
+    }
     knob.style.translate = `${right * radius * 0.6}px ${-up * radius * 0.6}px`;
     // Finer near the middle: small movements are what a hand needs most.
-    const share = (value: number): number => (Math.abs(value) < DEAD_SHARE ? 0 : Math.sign(value) * ((Math.abs(value) - DEAD_SHARE) / (1 - DEAD_SHARE)) ** 1.6);
+    const share = (value: number): number =>
+      Math.abs(value) < DEAD_SHARE ? 0 : Math.sign(value) * ((Math.abs(value) - DEAD_SHARE) / (1 - DEAD_SHARE)) ** 1.6;
     push(share(right), share(up));
   };
   pad.addEventListener("pointerdown", (event) => {

@@ -1,6 +1,11 @@
 import { h } from "./dom";
 
-export interface Tab { id: string; title: string; panel: HTMLElement; shown?: (visible: boolean) => void }
+export interface Tab {
+  id: string;
+  title: string;
+  panel: HTMLElement;
+  shown?: (visible: boolean) => void;
+}
 
 /** Tabs as the ARIA Authoring Practices describe them: one stop of the tab key, arrows go from tab to tab. */
 export class Tabs {
@@ -8,9 +13,25 @@ export class Tabs {
   private readonly buttons: HTMLButtonElement[];
   private current = -1;
 
-  constructor(label: string, private readonly tabs: Tab[]) {
+  constructor(
+    label: string,
+    private readonly tabs: Tab[],
+  ) {
     this.buttons = tabs.map((tab, i) =>
-      h("button", { role: "tab", id: `tab-${tab.id}`, "aria-controls": `panel-${tab.id}`, "aria-selected": "false", tabindex: -1, type: "button", click: () => this.select(i) }, tab.title));
+      h(
+        "button",
+        {
+          role: "tab",
+          id: `tab-${tab.id}`,
+          "aria-controls": `panel-${tab.id}`,
+          "aria-selected": "false",
+          tabindex: -1,
+          type: "button",
+          click: () => this.select(i),
+        },
+        tab.title,
+      ),
+    );
     for (const tab of tabs) {
       tab.panel.id = `panel-${tab.id}`;
       tab.panel.setAttribute("role", "tabpanel");
@@ -18,7 +39,11 @@ export class Tabs {
       tab.panel.tabIndex = 0;
       tab.panel.classList.add("tabpanel");
     }
-    const list = h("div", { role: "tablist", "aria-label": label, keydown: (event: KeyboardEvent) => this.key(event) }, ...this.buttons);
+    const list = h(
+      "div",
+      { role: "tablist", "aria-label": label, keydown: (event: KeyboardEvent) => this.key(event) },
+      ...this.buttons,
+    );
     this.element = h("div", { class: "tabs" }, list, ...tabs.map((tab) => tab.panel));
     this.select(0);
   }
@@ -51,7 +76,12 @@ export class Tabs {
 
   private key(event: KeyboardEvent): void {
     const last = this.tabs.length - 1;
-    const to = { ArrowRight: this.current === last ? 0 : this.current + 1, ArrowLeft: this.current === 0 ? last : this.current - 1, Home: 0, End: last }[event.key];
+    const to = {
+      ArrowRight: this.current === last ? 0 : this.current + 1,
+      ArrowLeft: this.current === 0 ? last : this.current - 1,
+      Home: 0,
+      End: last,
+    }[event.key];
     if (to === undefined) return;
     event.preventDefault();
     this.select(to);

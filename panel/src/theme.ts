@@ -5,7 +5,10 @@ const KEY = "takt.theme";
 type Theme = "light" | "dark";
 
 /** @param changed  hears the colours of pictures */
-export function startTheme(button: HTMLElement, changed: (colors: { background: string; floor: string; line: string }) => void): void {
+export function startTheme(
+  button: HTMLElement,
+  changed: (colors: { background: string; floor: string; line: string }) => void,
+): void {
   const prefers = matchMedia("(prefers-color-scheme: light)");
   const current = (): Theme => {
     const chosen = localStorage.getItem(KEY);

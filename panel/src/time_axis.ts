@@ -9,9 +9,15 @@ export class TimeAxis {
   cursor: number | null = null;
   private heldAt: number | null = null;
 
-  get held(): boolean { return this.heldAt !== null; }
-  get to(): number { return this.heldAt ?? Math.max(this.now, this.span); }
-  get from(): number { return this.to - this.span; }
+  get held(): boolean {
+    return this.heldAt !== null;
+  }
+  get to(): number {
+    return this.heldAt ?? Math.max(this.now, this.span);
+  }
+  get from(): number {
+    return this.to - this.span;
+  }
 
   /** The cell's time has gone on, or back: then it is another cell. */
   advance(time_s: number): void {

@@ -5,7 +5,13 @@ import type { TimeAxis } from "./time_axis";
 
 const LANES = ["steps", "nets", "events"] as const;
 type Lane = (typeof LANES)[number];
-interface Bar { lane: Lane; from: number; to: number; text: string; bad: boolean }
+interface Bar {
+  lane: Lane;
+  from: number;
+  to: number;
+  text: string;
+  bad: boolean;
+}
 
 const MOST_BARS = 2000;
 const LANE = 26;
@@ -14,9 +20,17 @@ const NEAR_PX = 6;
 const STARTED = "Running";
 const ENDED = new Set(["Terminated", "Ready"]);
 
+function wordsOf({ from, to, text }: Bar): string {
+  const end = to > from && to < Infinity ? ` to ${to.toFixed(3)} s` : "";
+  return `${from.toFixed(3)} s${end} ${text}`;
+}
+
 export class Timeline {
   readonly panel = h("div", { class: "timeline" });
-  private readonly canvas = h("canvas", { role: "img", "aria-label": "States of nets, steps and events over time; the list of events has the same in words" });
+  private readonly canvas = h("canvas", {
+    role: "img",
+    "aria-label": "States of nets, steps and events over time; the list of events has the same in words",
+  });
   private readonly told = h("output", { class: "told" });
   private bars: Bar[] = [];
   private readonly openNets = new Map<number, Bar>();
@@ -42,19 +56,48 @@ export class Timeline {
   hear(events: CellEvent[], period_s: number): void {
     for (const event of events) {
       const time = event.cycle * period_s;
-      if (event.kind === "state" && event.state === STARTED) this.begin(this.openNets, event.net, { lane: "nets", from: time, to: Infinity, text: `net ${event.net}`, bad: false });
-      if (event.kind === "state" && ENDED.has(event.state ?? "")) this.end(this.openNets, event.net, time, !["terminated", "cancelled", "taken over", "none"].includes(event.cause));
+      if (event.kind === "state" && event.state === STARTED)
+        this.begin(this.openNets, event.net, {
+          lane: "nets",
+          from: time,
+          to: Infinity,
+          text: `net ${event.net}`,
+          bad: false,
+        });
+      if (event.kind === "state" && ENDED.has(event.state ?? ""))
+        this.end(
+          this.openNets,
+          event.net,
+          time,
+          !["terminated", "cancelled", "taken over", "none"].includes(event.cause),
+        );
       const bad = event.kind === "refused" || event.kind === "stopped";
-      if (bad) this.add({ lane: "events", from: time, to: time, text: `${event.kind}: ${event.text || event.cause}`, bad });
+      if (bad)
+        this.add({ lane: "events", from: time, to: time, text: `${event.kind}: ${event.text || event.cause}`, bad });
     }
     this.draw();
   }
 
   read(entries: LogEntry[]): void {
     for (const { source, name, step, text, time_s, level } of entries) {
-      if (source === "program" && name === "begin") this.begin(this.openSteps, step, { lane: "steps", from: time_s, to: Infinity, text: step.split(" / ").at(-1) ?? step, bad: false });
-      else if (source === "program" && (name === "end" || name === "failed")) this.end(this.openSteps, step, time_s, name === "failed");
-      else this.add({ lane: "events", from: time_s, to: time_s, text: `${source} ${name}: ${text}`, bad: level === "warning" || level === "error" });
+      if (source === "program" && name === "begin")
+        this.begin(this.openSteps, step, {
+          lane: "steps",
+          from: time_s,
+          to: Infinity,
+          text: step.split(" / ").at(-1) ?? step,
+          bad: false,
+        });
+      else if (source === "program" && (name === "end" || name === "failed"))
+        this.end(this.openSteps, step, time_s, name === "failed");
+      else
+        this.add({
+          lane: "events",
+          from: time_s,
+          to: time_s,
+          text: `${source} ${name}: ${text}`,
+          bad: level === "warning" || level === "error",
+        });
     }
     this.draw();
   }
@@ -82,15 +125,22 @@ export class Timeline {
   }
 
   /** What goes on ends at the newest moment, for now. */
-  private endOf(bar: Bar): number { return Math.min(bar.to, this.axis.now); }
+  private endOf(bar: Bar): number {
+    return Math.min(bar.to, this.axis.now);
+  }
 
   private point(event: PointerEvent): void {
     const box = this.canvas.getBoundingClientRect();
     const x = event.clientX - box.left;
     const lane = LANES[Math.floor((event.clientY - box.top) / LANE)];
     this.axis.setCursor(x < LABEL ? null : this.axis.from + ((x - LABEL) / (box.width - LABEL)) * this.axis.span);
-    const hit = this.bars.findLast((bar) => bar.lane === lane && x >= this.xOf(bar.from, box.width) - NEAR_PX && x <= this.xOf(this.endOf(bar), box.width) + NEAR_PX);
-    setText(this.told, hit ? `${hit.from.toFixed(3)} s ${hit.to > hit.from && hit.to < Infinity ? `to ${hit.to.toFixed(3)} s ` : ""}${hit.text}` : "");
+    const hit = this.bars.findLast(
+      (bar) =>
+        bar.lane === lane &&
+        x >= this.xOf(bar.from, box.width) - NEAR_PX &&
+        x <= this.xOf(this.endOf(bar), box.width) + NEAR_PX,
+    );
+    setText(this.told, hit ? wordsOf(hit) : "");
   }
 
   private draw(): void {
@@ -144,7 +194,8 @@ export class Timeline {
     }
     context.fillStyle = color("--quiet");
     const tick = this.axis.span / 4;
-    for (let time = Math.ceil(this.axis.from / tick) * tick; time <= this.axis.to; time += tick) context.fillText(`${time.toFixed(0)} s`, this.xOf(time, width), height - 8);
+    for (let time = Math.ceil(this.axis.from / tick) * tick; time <= this.axis.to; time += tick)
+      context.fillText(`${time.toFixed(0)} s`, this.xOf(time, width), height - 8);
     if (this.axis.cursor === null) return;
     context.fillStyle = color("--text");
     context.fillRect(this.xOf(this.axis.cursor, width), 0, 1, height - 16);

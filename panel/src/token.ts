@@ -1,5 +1,5 @@
-// The token of this page: out of the address' fragment, which a browser sends to nobody, or typed in. It lives as long as
-// the tab.
+// The token of this page: out of the address' fragment, which a browser sends to nobody, or typed in. It lives as
+// long as the tab.
 const KEY = "takt.token";
 
 /** Takes a token out of "#token=..." and out of the address, so that it is neither seen nor bookmarked. */

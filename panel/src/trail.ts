@@ -33,13 +33,15 @@ export class Trail {
     if (point.distanceTo(this.last) < STEP_M) return;
     if (this.count === MOST_POINTS) {
       // Half of it is forgotten at once: cheaper than moving all of it for each point.
-      this.points.copyWithin(0, 3 * MOST_POINTS / 2);
-      this.colors.copyWithin(0, 3 * MOST_POINTS / 2);
+      this.points.copyWithin(0, (3 * MOST_POINTS) / 2);
+      this.colors.copyWithin(0, (3 * MOST_POINTS) / 2);
       this.count = MOST_POINTS / 2;
     }
     this.last.copy(point);
     point.toArray(this.points, 3 * this.count);
-    GOOD.clone().lerp(BAD, Math.min(1, error_m / WORST_M)).toArray(this.colors, 3 * this.count);
+    GOOD.clone()
+      .lerp(BAD, Math.min(1, error_m / WORST_M))
+      .toArray(this.colors, 3 * this.count);
     ++this.count;
     const { position, color } = this.line.geometry.attributes;
     if (position) position.needsUpdate = true;

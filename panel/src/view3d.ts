@@ -10,7 +10,12 @@ import { group, mesh, place } from "./scene";
 import { Trail } from "./trail";
 
 /** Directions from the middle of the cell to the camera. */
-const VIEWS: Record<string, [number, number, number]> = { corner: [1, -1, 0.55], front: [1, 0, 0.25], left: [0, 1, 0.25], top: [0.001, 0, 1] };
+const VIEWS: Record<string, [number, number, number]> = {
+  corner: [1, -1, 0.55],
+  front: [1, 0, 0.25],
+  left: [0, 1, 0.25],
+  top: [0.001, 0, 1],
+};
 const POSES_EVERY_S = 0.033;
 const FORCES_EVERY_S = 0.05;
 const METRES_PER_NEWTON = 0.01;
@@ -21,8 +26,17 @@ const SEEN_M = 5e-5;
 const SEEN_TURN = 1e-4;
 const FARTHEST_GHOST_M = 0.0005;
 
-export interface PictureColors { background: string; floor: string; line: string }
-interface Sensor { body: THREE.Object3D; rotation: THREE.Quaternion; arrow: THREE.ArrowHelper; shown: THREE.Vector3 }
+export interface PictureColors {
+  background: string;
+  floor: string;
+  line: string;
+}
+interface Sensor {
+  body: THREE.Object3D;
+  rotation: THREE.Quaternion;
+  arrow: THREE.ArrowHelper;
+  shown: THREE.Vector3;
+}
 
 export class View3d {
   readonly element = h("div", { class: "view3d" });
@@ -44,16 +58,23 @@ export class View3d {
   private chosen = -1;
   private stop: (() => void)[] = [];
   private pixels = 1;
-  private readonly pacer = new Pacer(this.renderer.getContext() as WebGL2RenderingContext, () => this.renderer.render(this.scene, this.camera), (share) => {
-    this.pixels = share;
-    this.fit();
-  });
+  private readonly pacer = new Pacer(
+    this.renderer.getContext() as WebGL2RenderingContext,
+    () => this.renderer.render(this.scene, this.camera),
+    (share) => {
+      this.pixels = share;
+      this.fit();
+    },
+  );
 
   constructor(private readonly link: Link) {
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", "The cell in 3D: solid as measured, blue as commanded where that differs. Arrow keys move the view.");
+    canvas.setAttribute(
+      "aria-label",
+      "The cell in 3D: solid as measured, blue as commanded where that differs. Arrow keys move the view.",
+    );
     this.camera.up.set(0, 0, 1);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.listenToKeyEvents(canvas);
@@ -72,19 +93,27 @@ export class View3d {
   }
 
   /** Pictures drawn so far. */
-  get pictures(): number { return this.pacer.pictures; }
+  get pictures(): number {
+    return this.pacer.pictures;
+  }
 
   /** Fetches the scene anew, in place of what is shown. */
   async load(): Promise<Scene> {
     const scene = await this.link.ask<Scene>("GET", "/v1/scene");
-    const meshes = await Promise.all(scene.meshes.map(async (_, i) => mesh(await this.link.bytes(`/v1/scene/meshes/${i}`))));
+    const meshes = await Promise.all(
+      scene.meshes.map(async (_, i) => mesh(await this.link.bytes(`/v1/scene/meshes/${i}`))),
+    );
     this.clear();
     this.moving = scene.moving;
     this.commanded = scene.commanded;
     this.names = scene.bodies.map((body) => body.name);
     this.bodies = scene.bodies.map((body) => group(body, meshes, false));
-    this.bodies.forEach((body, index) => { body.userData["index"] = index; });
-    this.ghosts = scene.commanded.flatMap((index) => scene.bodies[index] ?? []).map((body) => group(body, meshes, true));
+    this.bodies.forEach((body, index) => {
+      body.userData["index"] = index;
+    });
+    this.ghosts = scene.commanded
+      .flatMap((index) => scene.bodies[index] ?? [])
+      .map((body) => group(body, meshes, true));
     for (const ghost of this.ghosts) ghost.visible = false;
     this.scene.add(...this.bodies, ...this.ghosts);
     this.layFloor();
@@ -157,11 +186,19 @@ export class View3d {
       const body = own ?? this.bodies[this.names.indexOf(`${sensor.arm}/flange`)];
       if (!body) continue;
       const [, , , w, x, y, z] = sensor.pose;
-      const one: Sensor = { body, rotation: own ? new THREE.Quaternion() : new THREE.Quaternion(x, y, z, w), arrow: new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), undefined, 0.1, 0xffb454, 0.03, 0.02), shown: new THREE.Vector3() };
+      const one: Sensor = {
+        body,
+        rotation: own ? new THREE.Quaternion() : new THREE.Quaternion(x, y, z, w),
+        arrow: new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), undefined, 0.1, 0xffb454, 0.03, 0.02),
+        shown: new THREE.Vector3(),
+      };
       one.arrow.visible = false;
       this.scene.add(one.arrow);
       const end = this.link.monitor({ sensor: sensor.name }, FORCES_EVERY_S, ({ value }) => this.showForce(one, value));
-      this.stop.push(() => { end(); this.scene.remove(one.arrow); });
+      this.stop.push(() => {
+        end();
+        this.scene.remove(one.arrow);
+      });
     }
   }
 
@@ -181,8 +218,12 @@ export class View3d {
 
   private show(poses: Poses): void {
     let changed = false;
-    this.moving.forEach((body, i) => { changed = set(this.bodies[body], poses.moving, i) || changed; });
-    this.ghosts.forEach((ghost, i) => { changed = set(ghost, poses.commanded, i) || changed; });
+    this.moving.forEach((body, i) => {
+      changed = set(this.bodies[body], poses.moving, i) || changed;
+    });
+    this.ghosts.forEach((ghost, i) => {
+      changed = set(ghost, poses.commanded, i) || changed;
+    });
     if (!changed) return;
     this.ghosts.forEach((ghost, i) => {
       const solid = this.bodies[this.commanded[i] ?? -1];
@@ -198,29 +239,55 @@ export class View3d {
 
   private toolbar(): HTMLElement {
     const views = Object.keys(VIEWS).map((name) => h("button", { type: "button", click: () => this.look(name) }, name));
-    const frames = h("button", { type: "button", "aria-pressed": "false", click: () => {
-      this.frames.visible = !this.frames.visible;
-      frames.setAttribute("aria-pressed", String(this.frames.visible));
-      this.draw();
-    } }, "frames");
-    const trail = h("button", { type: "button", click: () => { for (const one of this.trails.values()) one.clear(); this.draw(); } }, "clear trail");
+    const frames = h(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": "false",
+        click: () => {
+          this.frames.visible = !this.frames.visible;
+          frames.setAttribute("aria-pressed", String(this.frames.visible));
+          this.draw();
+        },
+      },
+      "frames",
+    );
+    const trail = h(
+      "button",
+      {
+        type: "button",
+        click: () => {
+          for (const one of this.trails.values()) one.clear();
+          this.draw();
+        },
+      },
+      "clear trail",
+    );
     return h("div", { class: "viewbar", role: "toolbar", "aria-label": "3D view" }, ...views, frames, trail);
   }
 
   private look(name: string): void {
     const box = new THREE.Box3();
     for (const body of this.bodies.slice(1)) box.expandByObject(body); // the first is the world, with its floor
-    const ball = box.isEmpty() ? new THREE.Sphere(new THREE.Vector3(0, 0, 0.5), 1) : box.getBoundingSphere(new THREE.Sphere());
+    const ball = box.isEmpty()
+      ? new THREE.Sphere(new THREE.Vector3(0, 0, 0.5), 1)
+      : box.getBoundingSphere(new THREE.Sphere());
     const fit = ball.radius / Math.sin((this.camera.fov / 2) * (Math.PI / 180)) / Math.min(1, this.camera.aspect);
     this.controls.target.copy(ball.center);
-    this.camera.position.fromArray(VIEWS[name] ?? [1, 0, 0]).setLength(0.95 * fit).add(ball.center);
+    this.camera.position
+      .fromArray(VIEWS[name] ?? [1, 0, 0])
+      .setLength(0.95 * fit)
+      .add(ball.center);
     this.controls.update();
     this.draw();
   }
 
   private pick(event: MouseEvent): void {
     const box = this.renderer.domElement.getBoundingClientRect();
-    const at = new THREE.Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2);
+    const at = new THREE.Vector2(
+      ((event.clientX - box.left) / box.width) * 2 - 1,
+      1 - ((event.clientY - box.top) / box.height) * 2,
+    );
     const ray = new THREE.Raycaster();
     ray.setFromCamera(at, this.camera);
     let body: THREE.Object3D | null = ray.intersectObjects(this.bodies)[0]?.object ?? null;
@@ -241,8 +308,14 @@ export class View3d {
     if (!body) return;
     this.mark.setFromObject(body);
     const turn = new THREE.Euler().setFromQuaternion(body.quaternion, "ZYX");
-    const degrees = [turn.x, turn.y, turn.z].map((angle) => (angle * 180 / Math.PI).toFixed(1));
-    setText(this.picked, `${this.names[this.chosen]}: ${body.position.toArray().map((v) => v.toFixed(3)).join(", ")} m; rpy ${degrees.join(", ")}°`);
+    const degrees = [turn.x, turn.y, turn.z].map((angle) => ((angle * 180) / Math.PI).toFixed(1));
+    setText(
+      this.picked,
+      `${this.names[this.chosen]}: ${body.position
+        .toArray()
+        .map((v) => v.toFixed(3))
+        .join(", ")} m; rpy ${degrees.join(", ")}°`,
+    );
   }
 
   private resize(): void {
@@ -259,7 +332,9 @@ export class View3d {
     this.camera.updateProjectionMatrix();
   }
 
-  private draw(): void { this.pacer.ask(); }
+  private draw(): void {
+    this.pacer.ask();
+  }
 }
 
 /** Without a graphics card each sample of a pixel costs the processor, which has the cell to run. */
@@ -282,4 +357,3 @@ function set(target: THREE.Object3D | undefined, list: Float32Array, i: number):
   q.set(a, b, c, w);
   return true;
 }
-

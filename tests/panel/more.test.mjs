@@ -1,22 +1,44 @@
 // What else the page promises, in a real Chromium; by hand: node --test tests/panel/
 import assert from "node:assert/strict";
 import { after, afterEach, before, describe, test } from "node:test";
-import { barriers, close, launch, open, ready, SCENARIO, take, Takt } from "./support.mjs";
+import {
+  barriers,
+  close,
+  launch,
+  open,
+  ready,
+  SCENARIO,
+  take,
+  Takt,
+} from "./support.mjs";
 
 let browser;
-before(async () => { browser = await launch(); });
-after(async () => { await browser.close(); });
-afterEach(async () => { for (const context of browser.contexts()) await context.close(); });
+before(async () => {
+  browser = await launch();
+});
+after(async () => {
+  await browser.close();
+});
+afterEach(async () => {
+  for (const context of browser.contexts()) await context.close();
+});
 
 describe("a cell that is served", () => {
   let server;
-  before(async () => { server = await Takt.start("serve", SCENARIO, "--port", "0"); });
-  after(async () => { assert.equal(await server.end(), 0); });
+  before(async () => {
+    server = await Takt.start("serve", SCENARIO, "--port", "0");
+  });
+  after(async () => {
+    assert.equal(await server.end(), 0);
+  });
 
   for (const colorScheme of ["dark", "light"])
     test(`has no barriers, ${colorScheme}, in any tab`, async () => {
       const page = await ready(browser, server.url, { colorScheme });
-      assert.equal(await page.locator("html").getAttribute("data-theme"), colorScheme);
+      assert.equal(
+        await page.locator("html").getAttribute("data-theme"),
+        colorScheme,
+      );
       for (const tab of await page.getByRole("tab").all()) {
         await tab.click();
         assert.deepEqual(await barriers(page), [], await tab.innerText());
@@ -25,22 +47,39 @@ describe("a cell that is served", () => {
     });
 
   test("two pages do not command at once: the one that takes over moves, the other is told", async () => {
-    const [first, second] = [await ready(browser, server.url), await ready(browser, server.url)];
+    const [first, second] = [
+      await ready(browser, server.url),
+      await ready(browser, server.url),
+    ];
     await take(first);
     await second.getByRole("button", { name: "Take over control" }).click();
     await second.getByRole("button", { name: "Release control" }).waitFor();
     await first.getByRole("button", { name: "Take over control" }).waitFor();
-    assert.equal(await first.getByRole("button", { name: "z plus, hold to move", exact: true }).isDisabled(), true);
+    assert.equal(
+      await first
+        .getByRole("button", { name: "z plus, hold to move", exact: true })
+        .isDisabled(),
+      true,
+    );
     await close(first);
     await close(second);
   });
 
   test("fits a phone: STOP and jogging within reach of a thumb", async () => {
-    const page = await ready(browser, server.url, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+    const page = await ready(browser, server.url, {
+      viewport: { width: 390, height: 844 },
+      hasTouch: true,
+      isMobile: true,
+    });
     await take(page);
-    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    const wide = await page.evaluate(
+      () => document.documentElement.scrollWidth,
+    );
     assert.ok(wide <= 390, `the page is ${wide} px wide`);
-    const plus = page.getByRole("button", { name: "z plus, hold to move", exact: true });
+    const plus = page.getByRole("button", {
+      name: "z plus, hold to move",
+      exact: true,
+    });
     await plus.scrollIntoViewIfNeeded();
     for (const target of [plus, page.getByRole("button", { name: "STOP" })]) {
       const box = await target.boundingBox();
@@ -67,7 +106,10 @@ test("a server that starts anew is said in the page, which goes on with it and m
 
 test("asks for a token that is wrong or not there, and takes the right one", async () => {
   const server = await Takt.start("run", SCENARIO, "--panel");
-  const page = await open(browser, `${server.origin}/#token=0123456789abcdef0123456789abcdef`);
+  const page = await open(
+    browser,
+    `${server.origin}/#token=0123456789abcdef0123456789abcdef`,
+  );
   await page.getByText("does not know this token").waitFor();
   assert.equal(await page.locator("#reality").innerText(), "");
   await page.locator("#token").fill(server.token);

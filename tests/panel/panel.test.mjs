@@ -1,18 +1,38 @@
 // The page in a real Chromium, before a real takt: what must never break. Part of the gate; more.test.mjs is beside it.
 import assert from "node:assert/strict";
 import { after, afterEach, before, describe, test } from "node:test";
-import { barriers, close, launch, moves, ready, rests, SCENARIO, take, Takt } from "./support.mjs";
+import {
+  barriers,
+  close,
+  launch,
+  moves,
+  ready,
+  rests,
+  SCENARIO,
+  take,
+  Takt,
+} from "./support.mjs";
 
 let browser;
-before(async () => { browser = await launch(); });
-after(async () => { await browser.close(); });
+before(async () => {
+  browser = await launch();
+});
+after(async () => {
+  await browser.close();
+});
 // Whatever a test leaves open would cost the next one its pace.
-afterEach(async () => { for (const context of browser.contexts()) await context.close(); });
+afterEach(async () => {
+  for (const context of browser.contexts()) await context.close();
+});
 
 describe("a cell that is served", () => {
   let server;
-  before(async () => { server = await Takt.start("serve", SCENARIO, "--port", "0"); });
-  after(async () => { assert.equal(await server.end(), 0); });
+  before(async () => {
+    server = await Takt.start("serve", SCENARIO, "--port", "0");
+  });
+  after(async () => {
+    assert.equal(await server.end(), 0);
+  });
 
   test("is shown without an error, and within the policy of the page", async () => {
     const page = await ready(browser, server.url);
@@ -31,7 +51,10 @@ describe("a cell that is served", () => {
   test("jogs while a button is held, and no longer", async () => {
     const page = await ready(browser, server.url);
     await take(page);
-    const plus = page.getByRole("button", { name: "z plus, hold to move", exact: true });
+    const plus = page.getByRole("button", {
+      name: "z plus, hold to move",
+      exact: true,
+    });
     await plus.hover();
     await moves(server, () => page.mouse.down());
     await page.mouse.up();
@@ -53,7 +76,9 @@ describe("a cell that is served", () => {
   test("rests when the tab is closed while somebody jogs, and whoever comes next may take it", async () => {
     const page = await ready(browser, server.url);
     await take(page);
-    await page.getByRole("button", { name: "z plus, hold to move", exact: true }).hover();
+    await page
+      .getByRole("button", { name: "z plus, hold to move", exact: true })
+      .hover();
     await moves(server, () => page.mouse.down());
     await close(page);
     await rests(server);
@@ -63,10 +88,18 @@ describe("a cell that is served", () => {
   });
 
   test("stops for a page that commands nothing, by button and by Escape", async () => {
-    const [driver, watcher] = [await ready(browser, server.url), await ready(browser, server.url)];
+    const [driver, watcher] = [
+      await ready(browser, server.url),
+      await ready(browser, server.url),
+    ];
     await take(driver);
-    for (const stop of [() => watcher.getByRole("button", { name: "STOP" }).click(), () => watcher.keyboard.press("Escape")]) {
-      await driver.getByRole("button", { name: "z plus, hold to move", exact: true }).hover();
+    for (const stop of [
+      () => watcher.getByRole("button", { name: "STOP" }).click(),
+      () => watcher.keyboard.press("Escape"),
+    ]) {
+      await driver
+        .getByRole("button", { name: "z plus, hold to move", exact: true })
+        .hover();
       await moves(server, () => driver.mouse.down());
       await stop();
       await rests(server);
@@ -75,7 +108,10 @@ describe("a cell that is served", () => {
     }
     assert.match(await watcher.locator("#notice").innerText(), /STOP was sent/);
     await watcher.getByRole("tab", { name: /Faults/ }).click();
-    await watcher.getByText(/STOP by/).first().waitFor();
+    await watcher
+      .getByText(/STOP by/)
+      .first()
+      .waitFor();
     await close(driver);
     await close(watcher);
   });
@@ -96,7 +132,10 @@ describe("a program that runs with a page", () => {
     await page.getByText("Paused").waitFor();
     await rests(server);
     await page.getByRole("tab", { name: "Jog" }).click();
-    assert.equal(await page.getByRole("button", { name: /control/ }).isDisabled(), true);
+    assert.equal(
+      await page.getByRole("button", { name: /control/ }).isDisabled(),
+      true,
+    );
     await page.getByRole("button", { name: "STOP" }).click();
     await page.getByRole("tab", { name: "Program" }).click();
     await page.locator(".verdict").waitFor();
