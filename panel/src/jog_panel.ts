@@ -55,8 +55,7 @@ export class JogPanel {
     class: "keypad",
     tabindex: 0,
     role: "application",
-    "aria-label":
-      "Jog with keys: W S along x, A D along y, R F along z, U J, I K, O L about them. Held keys move, letting go stops.",
+    "aria-label": "Jog with keys: W S along x, A D along y, R F along z, U J, I K, O L about them. Held keys move.",
   });
   private readonly arms: HTMLSelectElement;
   private readonly frames: HTMLSelectElement;

@@ -148,8 +148,8 @@ export async function take(page) {
   await page.getByRole("button", { name: "Release control" }).waitFor();
 }
 /**
- * Does something, and waits until the arm has moved by it. On a busy machine it may rest again soon: a page that is held
- * up lets go.
+ * Does something, and waits until the arm has moved by it. On a busy machine it may rest again soon: a page that is
+ * held up lets go.
  */
 export async function moves(server, act) {
   const { q_commanded: before } = await server.arm();
