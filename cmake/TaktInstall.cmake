@@ -56,6 +56,9 @@ install(DIRECTORY models DESTINATION ${data} PATTERN "CMakeLists.txt" EXCLUDE PA
   PATTERN "made" EXCLUDE)
 install(DIRECTORY scenarios schemas DESTINATION ${data})
 install(FILES LICENSE README.md DESTINATION ${data})
+if(TAKT_SIM)  # the page, if it was built; its licences are in it
+  install(DIRECTORY panel/dist DESTINATION ${data}/panel OPTIONAL)
+endif()
 
 if(TAKT_SIM)
   set_target_properties(takt PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/takt")

@@ -143,10 +143,15 @@ bool Access::too_fast(const std::string& address) {
   return false;
 }
 
-std::string Tickets::give(const Client& client) {
+std::string random_secret() {
   std::random_device device;
-  std::string ticket;
-  for (int i = 0; i < 4; ++i) ticket += fmt::format("{:08x}", device());
+  std::string secret;
+  for (int i = 0; i < 4; ++i) secret += fmt::format("{:08x}", device());
+  return secret;
+}
+
+std::string Tickets::give(const Client& client) {
+  const std::string ticket = random_secret();
   if (given_.size() >= kMost) given_.erase(given_.begin());
   given_.push_back({.ticket = ticket, .client = client, .until = Clock::now() + kLife});
   return ticket;
@@ -173,8 +178,7 @@ std::optional<Client> Access::client_of(const HttpRequest& request) const {
   return client;
 }
 
-std::optional<Client> Access::admit(const HttpRequest& request, bool always, std::string_view ticket,
-                                    Refusal& refusal) {
+bool Access::is_meant_for_us(const HttpRequest& request, Refusal& refusal) const {
   const std::string host = request.header("host");
   const std::string origin = request.header("origin");
   const auto allowed = [this](const std::string& one) {
@@ -182,13 +186,26 @@ std::optional<Client> Access::admit(const HttpRequest& request, bool always, std
   };
   if (!allowed(host)) {
     refusal = {421, fmt::format("this server is not '{}'", host)};
-    return {};
+    return false;
   }
   const bool ours = origin == "http://" + host || origin == "https://" + host;
   if (!origin.empty() && !ours && std::ranges::find(options_.origins, origin) == options_.origins.end()) {
     refusal = {403, fmt::format("pages of '{}' may not use this server", origin)};
-    return {};
+    return false;
   }
+  return true;
+}
+
+bool Access::may_look_at_page(const HttpRequest& request, Refusal& refusal) {
+  if (!is_meant_for_us(request, refusal)) return false;
+  if (!too_fast(request.peer)) return true;
+  refusal = {429, fmt::format("more than {:g} requests a second", options_.requests_per_second)};
+  return false;
+}
+
+std::optional<Client> Access::admit(const HttpRequest& request, bool always, std::string_view ticket,
+                                    Refusal& refusal) {
+  if (!is_meant_for_us(request, refusal)) return {};
   std::optional<Client> client = ticket.empty() ? client_of(request) : tickets_.take(ticket);
   if (!client && !ticket.empty()) {
     refusal = {401, "this ticket was used, or is too old: get another one with POST /v1/tickets"};

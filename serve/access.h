@@ -43,6 +43,9 @@ struct Client {
   std::string name;
 };
 
+/// 32 hexadecimal digits that nobody can guess.
+[[nodiscard]] std::string random_secret();
+
 /// Stands for a token once: a browser cannot send headers with a WebSocket, and an address with a token in it would lie
 /// in logs. One thread.
 class Tickets {
@@ -50,7 +53,7 @@ class Tickets {
   static constexpr std::chrono::seconds kLife{30};
   static constexpr std::size_t kMost = 256;  ///< not used yet; the oldest one goes
 
-  /// 32 hexadecimal digits that nobody can guess.
+  /// A random_secret().
   [[nodiscard]] std::string give(const Client& client);
   /// @return whom it was given to; nothing: nobody, or it was used, or too long ago
   [[nodiscard]] std::optional<Client> take(std::string_view ticket);
@@ -88,6 +91,8 @@ class Access {
   /// @return the client, or nothing and `refusal`
   [[nodiscard]] std::optional<Client> admit(const HttpRequest& request, bool always, std::string_view ticket,
                                             Refusal& refusal);
+  /// The same for what is no secret: Host, Origin and rate count, no token is asked for.
+  [[nodiscard]] bool may_look_at_page(const HttpRequest& request, Refusal& refusal);
   [[nodiscard]] bool needs_token() const { return !options_.tokens.empty(); }
   [[nodiscard]] Tickets& tickets() { return tickets_; }
   /// Counts a request, or a message, of this address. @return true: there are too many a second
@@ -100,6 +105,7 @@ class Access {
     double left = 0.0;
     Clock::time_point filled;
   };
+  [[nodiscard]] bool is_meant_for_us(const HttpRequest& request, Refusal& refusal) const;
   [[nodiscard]] std::optional<Client> client_of(const HttpRequest& request) const;
 
   Options options_;

@@ -17,9 +17,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/rcc/watch.h"
-#include "serve/hosted_cell.h"
+#include "serve/panel_files.h"
 #include "serve/picture_maker.h"
 #include "serve/routes.h"
+#include "serve/served_cell.h"
 #include "serve/streams.h"
 
 namespace takt::serve {
@@ -28,9 +29,10 @@ namespace takt::serve {
 /// long there (reading a net) goes to a thread of its own, so that STOP never waits for it.
 class Api {
  public:
+  /// @param page  what "/" hands out
   /// @param log  a line about who took, lost or stopped what
   /// @param post  has something done on the thread of the server
-  Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log,
+  Api(ServedCell& cell, Access access, PanelFiles page, std::function<void(const std::string& line)> log,
       std::function<void(std::function<void()> work)> post);
   ~Api();
   Api(const Api&) = delete;
@@ -57,6 +59,7 @@ class Api {
   void add_scene_routes();
   void add_lease_routes();
   void add_recording_routes();
+  void add_program_routes();
 
   // api.cc
   void dispatch(const Route& route, Call& call, const Respond& respond);
@@ -71,6 +74,7 @@ class Api {
   [[nodiscard]] HttpResponse list_nets() const;
   [[nodiscard]] HttpResponse net_state(const Call& call) const;
   [[nodiscard]] HttpResponse net_report(const Call& call) const;
+  [[nodiscard]] HttpResponse net_graph(const Call& call) const;
   [[nodiscard]] HttpResponse unload(const Call& call);
   [[nodiscard]] HttpResponse command(const Call& call, const std::string& what);
   [[nodiscard]] HttpResponse post_rule(const Call& call);
@@ -106,7 +110,7 @@ class Api {
   [[nodiscard]] HttpResponse drop_watch(const Call& call);
 
   // api_streams.cc
-  [[nodiscard]] HttpResponse scene() const;
+  [[nodiscard]] HttpResponse make_scene() const;
   [[nodiscard]] HttpResponse mesh(const Call& call) const;
   void picture(const Call& call, const Respond& respond);
 
@@ -116,8 +120,9 @@ class Api {
     std::optional<HttpResponse> response;
   };
 
-  HostedCell& cell_;
+  ServedCell& cell_;
   Access access_;
+  const PanelFiles page_;
   std::function<void(const std::string& line)> log_;
   std::vector<Route> routes_;
   struct OwnWatch {
@@ -143,6 +148,7 @@ class Api {
   std::condition_variable_any wake_;
   Streams streams_;
   PictureMaker pictures_;
+  HttpResponse scene_;   ///< as the cell was before it ran: a program changes its frames
   std::jthread worker_;  ///< last: it uses what is above
 };
 

@@ -1,7 +1,11 @@
 // The cell as a whole: state, devices, events, time, STOP.
+#include <algorithm>
+#include <array>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/site_devices.h"
 #include "core/base/object_reader.h"
 #include "core/base/version.h"
 #include "record/recorder.h"
@@ -43,6 +47,34 @@ CellJson data_sheet(const device::ArmDescription& arm) {
           {"home", joints_json(arm.home)}};
 }
 
+/// The most serious of all devices: what moves counts before what is emulated, and that before what is simulated.
+const char* reality_of(const std::map<std::string, device::BackendMode>& realities) {
+  static constexpr std::array kNames = {"SIM", "EMULATED", "HARDWARE"};
+  auto most = device::BackendMode::kSimulated;
+  for (const auto& [name, reality] : realities) most = std::max(most, reality);
+  return kNames.at(static_cast<std::size_t>(most));
+}
+
+/// What stands in the way now: cause, since when, and what to do.
+CellJson faults_json(const CellView& view, const cell::BuiltCell& built, Nanoseconds period) {
+  CellJson faults = CellJson::array();
+  const auto add = [&](const std::string& device, std::int64_t cycle, const std::string& cause, const char* hint) {
+    faults.push_back({{"device", device},
+                      {"cycle", cycle},
+                      {"time_s", to_seconds(period) * static_cast<double>(cycle)},
+                      {"cause", cause},
+                      {"hint", hint}});
+  };
+  if (view.emergency_stop)
+    add(built.emergency_stop->name(), view.emergency_cycle, "the emergency stop is pressed",
+        "Release it, then reset it");
+  for (const ArmView& arm : view.arms)
+    if (arm.fault != 0)
+      add(arm.name, arm.fault_cycle, built.cell.arms.at(arm.name).device->fault_text(arm.fault),
+          "Remove the cause, then reset the arm");
+  return faults;
+}
+
 template <class Map>
 void add_names(const Map& devices, const char* kind, CellJson& list) {
   for (const auto& [name, device] : devices) list.push_back({{"name", name}, {"kind", kind}});
@@ -63,6 +95,12 @@ void Api::add_cell_routes() {
                     .handle = [this](const Call&, const Respond& respond) { respond(state()); }};
   state_route.answer.push_back({"realtime", "boolean", "the wall clock's pace; else POST /v1/steps"});
   state_route.answer.push_back({"holder", "integer", "fence of the newest lease; 0: nobody holds one"});
+  state_route.answer.push_back({"holder_name", "string", "who holds that; empty: nobody"});
+  state_route.answer.push_back({"title", "string", "of the file"});
+  state_route.answer.push_back({"reality", "string", "SIM, EMULATED or HARDWARE: the most serious of all devices"});
+  state_route.answer.push_back({"program", "boolean", "a program commands the cell (/v1/program), no client does"});
+  state_route.answer.push_back({"health", "object", "overruns: cycles that began late; worst_cycle_s: the longest, s"});
+  state_route.answer.push_back({"faults", "array", "device, cycle, time_s, cause, hint of what stands in the way now"});
   routes_.push_back(std::move(state_route));
   routes_.push_back({.method = "GET",
                      .path = "/v1/cell",
@@ -126,10 +164,17 @@ void Api::add_cell_routes() {
 }
 
 HttpResponse Api::state() const {
-  CellJson json = to_json(cell_.view());
+  const CellView view = cell_.view();
+  CellJson json = to_json(view);
+  const std::vector<Holders::Holding> holders = cell_.holders().list();
   json["realtime"] = cell_.realtime();
-  json["holder"] = cell_.lease().holder();
+  json["holder"] = holders.empty() ? 0 : holders.back().fence;
+  json["holder_name"] = holders.empty() ? "" : holders.back().client;
   json["title"] = cell_.description().title;
+  json["reality"] = reality_of(cell_.built().site->realities());
+  json["program"] = cell_.program() != nullptr;
+  json["health"] = {{"overruns", view.overruns}, {"worst_cycle_s", to_seconds(view.worst_cycle)}};
+  json["faults"] = faults_json(view, cell_.built(), cell_.period());
   return json_answer(200, json);
 }
 
@@ -190,7 +235,7 @@ void Api::steps(const Call& call, const Respond& respond) {
 }
 
 HttpResponse Api::stop(const Call& call) {
-  cell_.stop_nets(net::Text(fmt::format("STOP by '{}'", call.client.name)));
+  cell_.stop_all(call.client.name);
   log_(fmt::format("STOP by '{}'", call.client.name));
   return json_answer(200, {{"stopped", true}});
 }

@@ -101,6 +101,10 @@ HttpResponse Api::take_lease(const Call& call) {
   const bool take_over = reader.boolean("take_over", false);
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
+  if (cell_.program() != nullptr) {
+    diagnostics.error(Code::kConflict, "", "a program commands this cell", "Ask for what /v1/program can do");
+    return problem(409, "the cell is commanded by a program", diagnostics);
+  }
   const auto fence =
       cell_.holders().take(call.client.name, std::move(devices), cell_.realtime() ? cycles : 0, take_over, log_);
   if (!fence) return problem(409, "somebody else holds the lease", fence.error());

@@ -85,6 +85,15 @@ void Api::add_net_routes() {
   report.handle = [this](const Call& call, const Respond& respond) { respond(net_report(call)); };
   routes_.push_back(std::move(report));
 
+  Route graph = with_net("GET", "/{net}/graph", "net_graph", "A net as a graph, for viewers.", Need::kLook, 200);
+  graph.answer = {{"net", "integer", "number of the net"},
+                  {"name", "string", ""},
+                  {"resources", "array", "devices that it drives"},
+                  {"primitives", "array", "id, type, place in the order of evaluation, inputs and outputs of each"},
+                  {"links", "array", "from and to: indices of primitives, and of their ports"}};
+  graph.handle = [this](const Call& call, const Respond& respond) { respond(net_graph(call)); };
+  routes_.push_back(std::move(graph));
+
   Route drop = with_net("DELETE", "/{net}", "unload", "Forgets a net that is not active.", Need::kHolder, 200);
   drop.answer = {{"net", "integer", "number of the net"}};
   drop.handle = [this](const Call& call, const Respond& respond) { respond(unload(call)); };
@@ -184,6 +193,8 @@ HttpResponse Api::net_state(const Call& call) const {
     const std::lock_guard lock(mutex_);
     if (const auto found = names_.find(id); found != names_.end()) name = found->second;
   }
+  // Those of a program and of joggings were not loaded by a client.
+  if (const rcc::NetHandle net = cell_.core().net(id); name.empty() && net != nullptr) name = net->name();
   return json_answer(200, {{"net", id},
                            {"name", name},
                            {"state", name_of(status.state)},

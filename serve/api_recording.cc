@@ -4,6 +4,7 @@
 
 #include "core/base/object_reader.h"
 #include "serve/api.h"
+#include "serve/recordings.h"
 
 namespace takt::serve {
 namespace {
@@ -16,8 +17,15 @@ const std::vector<Field> kRecordingAnswer = {
     {"files", "array", "names of those that are finished"},
     {"error", "string", "why the newest one stopped; empty: nothing went wrong"}};
 
-HttpResponse status_answer(const Recordings& recordings) {
-  const Recordings::Status status = recordings.status();
+/// Why clients cannot record.
+HttpResponse recorded_by_run() {
+  Diagnostics diagnostics;
+  diagnostics.error(Code::kConflict, "", "a program commands this cell", "Record its run with --record");
+  return problem(409, "clients cannot record this run", diagnostics);
+}
+
+HttpResponse status_answer(const Recordings* recordings) {
+  const Recordings::Status status = recordings != nullptr ? recordings->status() : Recordings::Status{};
   return json_answer(
       200,
       {{"state", name_of(status.state)}, {"seconds", status.last_s}, {"files", status.files}, {"error", status.error}});
@@ -67,9 +75,10 @@ void Api::set_recording(const Call& call, const Respond& respond) {
     diagnostics.error(Code::kUnknownName, "/state", fmt::format("a recording is never '{}'", state),
                       "Give off, on or last");
   if (diagnostics.has_errors()) return respond(problem(422, "the request cannot be read", diagnostics));
+  if (cell_.recordings() == nullptr) return respond(recorded_by_run());
   const auto job = [this, state, seconds, name = call.client.name, respond] {
-    Recordings& recordings = cell_.recordings();
-    const Diagnostics why = state == "off" ? recordings.end() : recordings.begin(state == "last" ? seconds : 0.0);
+    Recordings* recordings = cell_.recordings();
+    const Diagnostics why = state == "off" ? recordings->end() : recordings->begin(state == "last" ? seconds : 0.0);
     if (why.has_errors()) return respond(problem(409, "the recording cannot be changed", why));
     log_(fmt::format("'{}' has set the recording to {}", name, state));
     respond(status_answer(recordings));
@@ -83,8 +92,9 @@ void Api::save_recording(const Call& call, const Respond& respond) {
   Diagnostics diagnostics;
   ObjectReader(*json, "", diagnostics).finish();
   if (diagnostics.has_errors()) return respond(problem(422, "the request cannot be read", diagnostics));
+  if (cell_.recordings() == nullptr) return respond(recorded_by_run());
   const auto job = [this, name = call.client.name, respond] {
-    const auto file = cell_.recordings().save();
+    const auto file = cell_.recordings()->save();
     if (!file) return respond(problem(409, "nothing was saved", file.error()));
     log_(fmt::format("'{}' has saved {}", name, *file));
     respond(json_answer(200, {{"file", *file}}));

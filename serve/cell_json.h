@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/rcc/watch.h"
-#include "serve/hosted_cell.h"
+#include "serve/served_cell.h"
 
 /// Values, events and the state of a cell as clients get them. Realtime: setup.
 namespace takt::serve {

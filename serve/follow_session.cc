@@ -11,6 +11,7 @@
 #include "core/base/json.h"
 #include "core/base/keys_of.h"
 #include "serve/cell_json.h"
+#include "serve/hosted_cell.h"
 #include "serve/routes.h"
 #include "serve/rule_reader.h"
 
@@ -46,7 +47,7 @@ FollowJson results_json(const std::vector<cell::ExpectationResult>& results) {
 
 FollowSession::FollowSession(const StreamServices& services, Client client, std::string peer,
                              std::function<void(Stream& stream)> gone)
-    : services_(services), client_(std::move(client)), peer_(std::move(peer)), gone_(std::move(gone)) {}
+    : services_(services), hosted_(services.cell.hosted()), client_(std::move(client)), peer_(std::move(peer)), gone_(std::move(gone)) {}
 
 std::span<const FollowSession::FollowMessage> FollowSession::follow_messages() {
   using Self = FollowSession;
@@ -75,12 +76,12 @@ void FollowSession::opened(WebSocket& socket) {
 void FollowSession::closed() {
   *socket_ = nullptr;
   if (fence_ != 0) {
-    services_.cell.between_cycles([&cell = services_.cell](cell::CellRun&) { cell.set_touching({}); });
-    services_.cell.follow_log().end();
+    hosted_->between_cycles([&cell = *hosted_](cell::CellRun&) { cell.set_touching({}); });
+    hosted_->follow_log().end();
     // Whoever is gone gives no sign of life any more; what he started need not wait for that.
     if (services_.cell.lease().release(fence_))
       services_.log(fmt::format("'{}' is gone, and with that the lease, fence {}", client_.name, fence_));
-    services_.cell.wake();
+    hosted_->wake();
   }
   gone_(*this);
 }
@@ -108,7 +109,8 @@ MessageResult FollowSession::begin(ObjectReader& message) {
   if (message.diagnostics().has_errors())
     return refuse_message(422, "the message cannot be read", message.diagnostics());
   if (client_.role != Role::kOperator) return refuse_message(403, "observers may look and stop, and nothing else");
-  HostedCell& cell = services_.cell;
+  if (hosted_ == nullptr) return refuse_message(409, "a program commands this cell");
+  HostedCell& cell = *hosted_;
   if (fence_ != 0) return refuse_message(409, "this client follows already");
   if (!cell.lease().renew(fence)) return refuse_message(409, "the lease is not yours");
   const auto own = cell.holders().find(fence);
@@ -128,7 +130,7 @@ MessageResult FollowSession::give(ObjectReader& message, FollowCommand command) 
   message.finish();
   if (message.diagnostics().has_errors())
     return refuse_message(422, "the message cannot be read", message.diagnostics());
-  if (services_.cell.follow_log().push(command)) return {};
+  if (hosted_->follow_log().push(command)) return {};
   return refuse_message(429, "too many commands in this cycle");
 }
 
@@ -165,8 +167,12 @@ MessageResult FollowSession::change_mode(ObjectReader& message) {
 MessageResult FollowSession::stop(ObjectReader& message) {
   const std::string text = message.text("text", "");
   message.finish();
-  services_.cell.stop_nets(net::Text(text.empty() ? fmt::format("STOP by '{}'", client_.name) : text));
-  services_.cell.wake();
+  if (hosted_ == nullptr) {
+    services_.cell.stop_all(client_.name);
+    return {};
+  }
+  hosted_->stop_nets(net::Text(text.empty() ? fmt::format("STOP by '{}'", client_.name) : text));
+  hosted_->wake();
   return {};
 }
 
@@ -204,7 +210,7 @@ MessageResult FollowSession::touching(ObjectReader& message) {
   message.finish();
   if (message.diagnostics().has_errors())
     return refuse_message(422, "the message cannot be read", message.diagnostics());
-  services_.cell.between_cycles([&cell = services_.cell, names](cell::CellRun&) {
+  hosted_->between_cycles([&cell = *hosted_, names](cell::CellRun&) {
     cell.set_touching({names.begin(), names.end()});
   });
   return {};
@@ -216,7 +222,7 @@ MessageResult FollowSession::note(ObjectReader& message) {
   message.finish();
   if (message.diagnostics().has_errors())
     return refuse_message(422, "the message cannot be read", message.diagnostics());
-  services_.cell.between_cycles(task);
+  hosted_->between_cycles(task);
   return {};
 }
 
@@ -225,7 +231,7 @@ MessageResult FollowSession::step_begun(ObjectReader& message) {
   message.finish();
   if (message.diagnostics().has_errors())
     return refuse_message(422, "the message cannot be read", message.diagnostics());
-  services_.cell.between_cycles(task);
+  hosted_->between_cycles(task);
   return {};
 }
 
@@ -233,7 +239,7 @@ MessageResult FollowSession::judge(ObjectReader& message) {
   message.finish();
   if (message.diagnostics().has_errors())
     return refuse_message(422, "the message cannot be read", message.diagnostics());
-  services_.cell.between_cycles([&cell = services_.cell, post = services_.post, socket = socket_](cell::CellRun& run) {
+  hosted_->between_cycles([&cell = *hosted_, post = services_.post, socket = socket_](cell::CellRun& run) {
     const rcc::ControlCore& core = cell.core();
     const FollowJson answer = {{"op", "verdict"},
                                {"cycles", core.cycle()},
@@ -267,7 +273,7 @@ void FollowSession::send_records() {
   while (*socket_ != nullptr && fence_ != 0 && (*socket_)->waiting() < kMostOnTheWay) {
     std::string bytes;
     while (bytes.size() < kMostBytes) {
-      const auto record = services_.cell.follow_log().pop();
+      const auto record = hosted_->follow_log().pop();
       if (!record) break;
       const auto size = static_cast<std::uint32_t>(record->size());
       bytes.append(reinterpret_cast<const char*>(&size), sizeof(size));

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "serve/follow_log.h"
 #include "serve/jogging.h"
 #include "serve/stream.h"
 
@@ -63,6 +64,7 @@ class FollowSession final : public Stream {
   void send_records();
 
   StreamServices services_;
+  HostedCell* hosted_;  ///< null: a program commands the cell, so nobody can follow it
   Client client_;
   std::string peer_;
   std::function<void(Stream& stream)> gone_;

@@ -65,7 +65,7 @@ Jogging::Jogging(const StreamServices& services, Client client, Send send, Fail 
     : services_(services), client_(std::move(client)), send_(std::move(send)), fail_(std::move(fail)) {}
 
 MessageResult Jogging::begin(ObjectReader& message) {
-  HostedCell& cell = services_.cell;
+  ServedCell& cell = services_.cell;
   const std::uint32_t number = read_number(message, "jog");
   Jog jog;
   jog.fence = read_number(message, "fence");

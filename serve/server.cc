@@ -42,7 +42,7 @@ Diagnostics Server::check(const Options& options) {
   return wrong;
 }
 
-Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& options) {
+Result<std::unique_ptr<Server>> Server::open(ServedCell& cell, const Options& options) {
   if (Diagnostics wrong = check(options); wrong.has_errors()) return std::unexpected(std::move(wrong));
   std::unique_ptr<Server> server(new Server);
   server->address_ = options.http.address;
@@ -59,7 +59,8 @@ Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& op
   Access access(
       {.tokens = options.tokens, .hosts = hosts_of(options, server->http_->port()), .origins = options.origins});
   server->api_ = std::make_unique<Api>(
-      cell, std::move(access), options.log ? options.log : [](const std::string&) {}, server->http_->poster());
+      cell, std::move(access), options.page, options.log ? options.log : [](const std::string&) {},
+      server->http_->poster());
   ready->set_value(server->api_.get());
   return server;
 }

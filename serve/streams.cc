@@ -5,7 +5,7 @@
 
 namespace takt::serve {
 
-Streams::Streams(HostedCell& cell, Access& access, std::function<void(const std::string& line)> log,
+Streams::Streams(ServedCell& cell, Access& access, std::function<void(const std::string& line)> log,
                  std::function<void(std::function<void()> work)> post,
                  std::function<bool(std::function<void()> job)> work_elsewhere)
     : services_{.cell = cell,

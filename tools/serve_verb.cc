@@ -12,6 +12,7 @@
 #include "serve/hosted_cell.h"
 #include "serve/server.h"
 #include "tools/cli.h"
+#include "tools/panel.h"
 
 namespace takt::tools {
 namespace {
@@ -34,6 +35,7 @@ int serve_cell(const ServeArguments& arguments, const Common& common) {
       .tokens = {},
       .names = arguments.names,
       .origins = arguments.origins,
+      .page = serve::PanelFiles::read(panel_folder(common)),
       .log = [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
   if (!arguments.tokens.empty()) {
     auto tokens = serve::read_tokens(arguments.tokens);
@@ -59,6 +61,7 @@ int serve_cell(const ServeArguments& arguments, const Common& common) {
   fmt::print(stderr, "{}", (*cell)->warnings().to_string());
   fmt::print(stderr, "{} at {} ({}); Ctrl-C ends\n", (*cell)->description().title, (*server)->url(),
              arguments.lockstep ? "lock-step" : "real time");
+  tell_page((*server)->url(), options.page);
   if (!serve::is_loopback(arguments.address))
     fmt::print(stderr, "Warning: other machines can reach this server, and nothing on the way is encrypted\n");
   const cell::RunReport ended = (*cell)->run();
@@ -80,7 +83,8 @@ int serve_cell(const ServeArguments& arguments, const Common& common) {
 std::pair<CLI::App*, Verb> add_serve(CLI::App& parser, Common& common) {
   auto arguments = std::make_shared<ServeArguments>();
   CLI::App* verb = parser.add_subcommand(
-      "serve", "The control core of a scenario's cell by HTTP, without its program, until Ctrl-C");
+      "serve",
+      "The control core of a scenario's cell by HTTP, with a page for browsers, without its program, until Ctrl-C");
   verb->add_option("FILE", arguments->file, "Scenario file, or a cell without a program")->required();
   verb->add_option("--port", arguments->port, "Port; 0: any that is free")->check(CLI::Range(0, 65535));
   verb->add_option("--address", arguments->address, "Address to listen at; beyond loopback only with --tokens");
