@@ -57,6 +57,20 @@ class Distribution:
         return f"{self.name}: {self.quantile(0):.6g} / {self.quantile(0.5):.6g} / {self.quantile(1):.6g} {self.unit}"
 
 
+MOST_GROUPS = 12
+
+
+def _labels(values: list[Any]) -> list[str]:
+    """What each value is called in a group; many numbers are put into four stretches."""
+    numbers = [one for one in values if isinstance(one, (int, float)) and not isinstance(one, bool)]
+    if len(numbers) < len(values) or len(set(numbers)) <= MOST_GROUPS // 2:
+        return [str(one) for one in values]
+    low, high, stretches = min(numbers), max(numbers), 4
+    edges = [low + (high - low) * i / stretches for i in range(stretches + 1)]
+    places = [min(stretches - 1, int(stretches * (one - low) / (high - low))) for one in numbers]
+    return [f"{edges[place]:.4g} to {edges[place + 1]:.4g}" for place in places]
+
+
 def mcnemar(only_a: int, only_b: int) -> float:
     """The exact two-sided probability of so uneven a pair of counts where both versions are equally good."""
     n, k = only_a + only_b, min(only_a, only_b)
@@ -111,14 +125,14 @@ class SweepReport:
         return [Distribution(name, unit, values) for (name, unit), values in found.items()]
 
     def sensitivity(self) -> dict[str, dict[str, Share]]:
-        """For each pointer that takes at most 12 values: how often the runs with a value passed."""
+        """For each varied pointer: how often the runs with a value passed; of many numbers those of four equal stretches."""
         result: dict[str, dict[str, Share]] = {}
         for pointer in sorted({one for row in self.rows for one in row["set"]}):
             groups: dict[str, list[bool]] = {}
-            for row in self.rows:
-                groups.setdefault(str(row["set"].get(pointer)), []).append(row["result"] == "passed")
-            if len(groups) <= 12:
-                result[pointer] = {value: Share(sum(held), len(held)) for value, held in groups.items()}
+            for label, row in zip(_labels([row["set"].get(pointer) for row in self.rows]), self.rows):
+                groups.setdefault(label, []).append(row["result"] == "passed")
+            if len(groups) <= MOST_GROUPS:
+                result[pointer] = {label: Share(sum(held), len(held)) for label, held in sorted(groups.items())}
         return result
 
     def as_dict(self) -> dict[str, Any]:

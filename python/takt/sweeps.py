@@ -14,14 +14,14 @@ import subprocess
 import sys
 import threading
 from queue import Empty, Queue
-from typing import IO, Any, Iterable, Mapping
+from typing import IO, Any, Iterable, Mapping, Sequence
 
 from ._errors import Error
 from ._sweep import Between, Point, Sweep, SweepError, between, points_of
 from ._sweep_report import Distribution, PairedComparison, Share, SweepReport, mcnemar, paired
 
 __all__ = ["Between", "Distribution", "PairedComparison", "Point", "Share", "Sweep", "SweepError", "SweepReport", "between",
-           "main", "mcnemar", "paired", "points_of", "run", "sweep"]
+           "main", "mcnemar", "paired", "points_of", "run", "run_on", "run_points", "sweep"]
 
 TRIES = 2  # a point that ends its process so often has crashed
 
@@ -103,7 +103,7 @@ def _work(folder: str) -> int:
     return 0
 
 
-def run(sweep: Sweep, jobs: int | None = None, progress: bool = False) -> SweepReport:
+def run(sweep: Sweep, jobs: int | None = None, progress: bool = False, unlike: bool = False) -> SweepReport:
     """Runs what has no result yet in local processes, one for each processor. May be called again after whatever."""
     sweep.check()
     missing = sweep.missing()
@@ -129,12 +129,39 @@ def run(sweep: Sweep, jobs: int | None = None, progress: bool = False) -> SweepR
             worker.stop()
         if progress and missing:
             print(file=sys.stderr)
-    return SweepReport(sweep)
+    return SweepReport(sweep, unlike)
+
+
+def run_points(folder: str, identities: Sequence[str]) -> None:
+    """Runs some points in this process, wherever it is: the folder has to be one that all machines see."""
+    made = Sweep(folder)
+    made.check()
+    for identity in identities:
+        if not made.result_file(identity).exists():
+            made.run_point(identity)
+
+
+def run_on(sweep: Sweep, executor: Any, chunk: int = 20, unlike: bool = False) -> SweepReport:
+    """Runs what has no result yet on an engine: whatever has submit(function, arguments...) and gives futures with result(), as
+    concurrent.futures, a dask.distributed.Client or an MPI pool do. chunk: points of one task."""
+    sweep.check()
+    missing = sweep.missing()
+    chunks = [missing[begin:begin + chunk] for begin in range(0, len(missing), chunk)]
+    futures = [executor.submit(run_points, str(sweep.folder.resolve()), one) for one in chunks]
+    failures = []
+    for future in futures:
+        try:
+            future.result()
+        except Exception as error:  # a task that died: its points have no result, and the others go on
+            failures.append(error)
+    if failures and sweep.missing():
+        raise SweepError(_row("system", str(sweep.folder), f"{len(failures)} of {len(chunks)} tasks failed: {failures[0]!r}"))
+    return SweepReport(sweep, unlike)
 
 
 def _row(code: str, pointer: str, message: str) -> Any:
     from ._errors import Diagnostic
-    return [Diagnostic("error", code, message, "Make room, and run the sweep again: it goes on where it was", pointer)]
+    return [Diagnostic("error", code, message, "Remove the cause, and run the sweep again: it goes on where it was", pointer)]
 
 
 def sweep(file: str | os.PathLike[str], folder: str | os.PathLike[str], *, seeds: int | Iterable[int] = 100,
@@ -189,8 +216,7 @@ def main(arguments: list[str] | None = None) -> int:
             for identity in given.point:
                 made.run_point(identity)
             return 0
-        run(made, given.jobs, progress=sys.stderr.isatty())
-        report = SweepReport(made, given.unlike)
+        report = run(made, given.jobs, sys.stderr.isatty(), given.unlike)
         (made.folder / "table.csv").write_text(made.table(given.unlike))
         (made.folder / "report.html").write_text(report.html())
     except KeyboardInterrupt:

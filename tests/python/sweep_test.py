@@ -67,6 +67,17 @@ def test_a_sweep_and_the_same_point_by_point(tmp_path):
     assert run.digest == row["digest"]
 
 
+def test_any_executor_runs_a_sweep(tmp_path):
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+    made, other = created(tmp_path / "a"), created(tmp_path / "b")
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        report = sweeps.run_on(made, pool, chunk=3)
+    assert report.passed.count == 4 and report.missing == 0
+    sweeps.run(other, jobs=1)
+    assert made.table() == other.table()
+
+
 def test_what_is_there_is_not_run_again(tmp_path):
     made = created(tmp_path / "a")
     sweeps.run(made, jobs=1)
@@ -101,6 +112,16 @@ def test_refused_values_are_a_row(tmp_path):
     assert [row["result"] for row in report.rows] == ["passed", "refused"]
     assert report.failures == [("unknown-name /devices/arm/model", ["0001"])]
     assert report.sensitivity()["/devices/arm/model"]["lwr4"].count == 0
+
+
+def test_many_numbers_are_put_into_stretches(tmp_path):
+    made = sweeps.Sweep.create("wave.json", tmp_path / "a", sweeps.points_of(9, {"/a": sweeps.between(0, 1)}, "latin"))
+    for identity in made.missing():
+        point = made.point(identity)
+        made.store(identity, {**point.row(), "result": "passed" if point.set["/a"] < 0.5 else "failed", "expectations": []})
+    groups = list(sweeps.SweepReport(made).sensitivity()["/a"].values())
+    assert len(groups) == 4 and sum(one.of for one in groups) == 9
+    assert groups[0].share == 1.0 and groups[3].share == 0.0
 
 
 def test_a_point_that_ends_its_process_is_a_row(tmp_path):
