@@ -190,12 +190,22 @@ void bind_sensors(nb::class_<CellHandle>& cell) {
 
 // -- Arms ------------------------------------------------------------------------------------------------------------
 
+/// Without a look at what else the device offers: programs ask for states in loops.
+const expression::MountedArm& mounted(C cell, Name name) {
+  const auto& arms = cell->get().model().arms;
+  const auto found = arms.find(name);
+  return found != arms.end() ? found->second : arms.at(cell->get().arm(name).name());
+}
+Eigen::Isometry3d flange_of(const expression::MountedArm& arm) {
+  return arm.device->description().chain->forward(arm.device->set_point().q);
+}
+
 void bind_arms(nb::class_<CellHandle>& cell) {
-  cell.def("q", [](C c, Name arm) -> Eigen::VectorXd { return c->get().arm(arm).q(); })
+  cell.def("q", [](C c, Name arm) -> Eigen::VectorXd { return mounted(c, arm).device->set_point().q; })
       .def("measured_q", [](C c, Name arm) -> Eigen::VectorXd { return c->get().arm(arm).measured_q(); })
-      .def("home", [](C c, Name arm) -> Eigen::VectorXd { return c->get().arm(arm).home(); })
-      .def("flange", [](C c, Name arm) -> Matrix { return c->get().arm(arm).flange().matrix(); })
-      .def("tool", [](C c, Name arm) -> Matrix { return c->get().arm(arm).tool().matrix(); })
+      .def("home", [](C c, Name arm) -> Eigen::VectorXd { return mounted(c, arm).device->description().home; })
+      .def("flange", [](C c, Name arm) -> Matrix { return flange_of(mounted(c, arm)).matrix(); })
+      .def("tool", [](C c, Name arm) -> Matrix { return (flange_of(mounted(c, arm)) * mounted(c, arm).X_FT).matrix(); })
       .def("measured_tool", [](C c, Name arm) -> Matrix { return c->get().arm(arm).measured_tool().matrix(); })
       .def("frame_of", [](C c, Name arm, Name frame) -> Matrix { return c->get().arm(arm).frame(frame).matrix(); })
       .def("above",

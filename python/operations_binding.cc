@@ -100,6 +100,7 @@ std::string tables() {
 void bind_operations(nb::module_& module) {
   module.def("operations", tables);
   module.def("data_folder", [] { return cell::data_folder().string(); });
+  module.def("find_scenario", cell::find_scenario);
   module.attr("version") = TAKT_VERSION;
 }
 

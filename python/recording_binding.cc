@@ -14,6 +14,7 @@
 #include "python/bindings.h"
 #include "python/errors.h"
 #include "record/compare.h"
+#include "record/recorder.h"
 #include "record/recording.h"
 
 namespace takt::python {
@@ -114,6 +115,8 @@ void bind_recordings(nb::module_& module) {
   nb::class_<Recording>(module, "Recording").def("contents", contents).def("table", table).def("events", events);
   module.def("open_recording", open_recording);
   module.def("compare", compare);
+  module.def(
+      "fingerprint", [] { return record::fingerprint(); }, "What the bits of a run depend on.");
 }
 
 }  // namespace takt::python

@@ -15,7 +15,7 @@ struct RunSettings {
 };
 
 /// @param options  JSON: seed (text), sets (as --set), video, record, camera, size, fps, realtime, site, models,
-/// measure_times. Raises takt.OpenError with all that is wrong with them. Realtime: setup.
+/// repeat, measure_times. Raises takt.OpenError with all that is wrong with them. Realtime: setup.
 [[nodiscard]] RunSettings run_settings(const std::string& file, const std::string& options);
 
 }  // namespace takt::python

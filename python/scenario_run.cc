@@ -80,6 +80,7 @@ RunSettings run_settings(const std::string& file, const std::string& options) {
   settings.models.assign(folders.begin(), folders.end());
   settings.models.push_back(cell::data_folder() / "models");
   settings.parsed.run.watchdog = 0;  // it would end the whole process, and whoever uses a debugger stops it
+  settings.parsed.run.repeat = json.value("repeat", true);
   settings.parsed.run.measure_times = settings.parsed.open.measure_times = json.value("measure_times", false);
   return settings;
 }

@@ -14,6 +14,7 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "cell/file/data_folder.h"
 #include "cell/replay/resimulation.h"
 #include "core/base/output_file.h"
 #include "core/base/processors.h"
@@ -211,7 +212,7 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   auto arguments = std::make_shared<RunVerbArguments>();
   CLI::App* verb =
       parser.add_subcommand("run", "Run a scenario file: a verdict, and a film and a recording if asked for");
-  auto* file = verb->add_option("FILE", arguments->file, "Scenario file");
+  auto* file = verb->add_option("FILE", arguments->file, "Scenario file, or the name of an installed one");
   app::add_run_options(*verb, *arguments);
   verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
   auto* resim =
@@ -243,7 +244,10 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
                    "With --dry-run: draw the posture of the first collision with both bodies marked; without a "
                    "collision the cell at its start")
       ->type_name("OUT.png");
-  return {verb, [arguments, &common] { return run(*arguments, common); }};
+  return {verb, [arguments, &common] {
+            arguments->file = cell::find_scenario(arguments->file);
+            return run(*arguments, common);
+          }};
 }
 
 }  // namespace takt::tools

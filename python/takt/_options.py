@@ -13,7 +13,7 @@ from . import _takt
 from ._errors import refuse
 
 OPTIONS = ("seed", "set", "video", "record", "camera", "size", "fps", "realtime", "site", "models", "cooperating",
-           "measure_times")
+           "measure_times", "repeat")
 
 
 def find_file(file: str | os.PathLike[str]) -> str:
@@ -23,9 +23,7 @@ def find_file(file: str | os.PathLike[str]) -> str:
         return str(path)
     main = getattr(sys.modules.get("__main__"), "__file__", None)
     places = [pathlib.Path(main).resolve().parent / path] if main else []
-    installed = pathlib.Path(_takt.data_folder()) / "scenarios"
-    places += [installed / path, installed / f"{path}.json"]
-    return str(next((one for one in places if one.exists()), path))
+    return next((str(one) for one in places if one.exists()), _takt.find_scenario(str(path)))
 
 
 class Kept:
@@ -55,7 +53,7 @@ def options_of(options: dict[str, Any]) -> tuple[str, Kept]:
             near = difflib.get_close_matches(name, OPTIONS, 1)
             raise refuse("unknown-key", name, f"there is no option '{name}'",
                          (f"Did you mean '{near[0]}'? " if near else "") + "Use " + ", ".join(OPTIONS))
-    row: dict[str, Any] = {key: options[key] for key in ("camera", "size", "fps", "realtime", "measure_times", "cooperating")
+    row: dict[str, Any] = {key: options[key] for key in ("camera", "size", "fps", "realtime", "measure_times", "cooperating", "repeat")
                            if options.get(key) is not None}
     for key in ("video", "site"):
         if options.get(key) is not None:
