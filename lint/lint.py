@@ -28,7 +28,7 @@ CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion"
 ROOMS = {
     "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "basic"],
     "sim": ["model", "contact", "machines", "world", "film"],
-    "languages": ["xml", "script", "scxml"],
+    "languages": ["xml", "script", "scxml", "program"],
     "cell": ["file", "build", "faults", "judge", "run", "replay"],
 }
 # What still looks upwards. This list only gets shorter.

@@ -19,8 +19,8 @@ using languages::ChartState;
 using languages::ChartTransition;
 using Kind = ChartState::Kind;
 
-constexpr std::size_t kLongestLine = 44;
-constexpr std::size_t kMostLines = 6;
+constexpr std::size_t kLongestRow = 44;
+constexpr std::size_t kMostRows = 6;
 
 /// A line for people: one space for all white space, cut where it is too long.
 std::string short_line(std::string_view text) {
@@ -29,7 +29,7 @@ std::string short_line(std::string_view text) {
     const bool white = c == ' ' || c == '\n' || c == '\t' || c == '\r';
     if (!white || (!line.empty() && line.back() != ' ')) line += white ? ' ' : c;
   }
-  if (line.size() > kLongestLine) line = line.substr(0, kLongestLine - 1) + "…";
+  if (line.size() > kLongestRow) line = line.substr(0, kLongestRow - 1) + "…";
   return xml_text(line);
 }
 
@@ -59,9 +59,9 @@ std::string words_of(const ChartAction& action) {
   return "";
 }
 
-class Drawing {
+class ChartDrawing {
  public:
-  explicit Drawing(const Chart& chart) : chart_(chart) {}
+  explicit ChartDrawing(const Chart& chart) : chart_(chart) {}
 
   std::string graph() {
     text_ =
@@ -97,8 +97,8 @@ class Drawing {
     }
     for (const auto& block : one.on_exit)
       for (const ChartAction& action : block) all.push_back("exit / " + words_of(action));
-    if (all.size() > kMostLines) {
-      all.resize(kMostLines - 1);
+    if (all.size() > kMostRows) {
+      all.resize(kMostRows - 1);
       all.emplace_back("…");
     }
     return all;
@@ -166,7 +166,7 @@ class Drawing {
     if (!one.condition.empty()) rows.push_back("[" + short_line(one.condition.text) + "]");
     if (!one.sensors.empty()) rows.push_back("[" + short_line(one.sensors.text) + "]");
     for (const ChartAction& action : one.block)
-      if (rows.size() < kMostLines) rows.push_back("/ " + short_line(words_of(action)));
+      if (rows.size() < kMostRows) rows.push_back("/ " + short_line(words_of(action)));
     const std::string text = fmt::format("<{}>", fmt::join(rows, "<br/>"));
     const std::string shown = rows.empty() ? "\"\"" : text;
     if (one.targets.empty()) text_ += fmt::format("s{0} -> s{0} [label={1}, style=dotted];\n", one.source, shown);
@@ -181,6 +181,6 @@ class Drawing {
 
 }  // namespace
 
-Result<std::string> chart_svg(const Chart& chart) { return run_dot(Drawing(chart).graph(), "svg", "--svg"); }
+Result<std::string> chart_svg(const Chart& chart) { return run_dot(ChartDrawing(chart).graph(), "svg", "--svg"); }
 
 }  // namespace takt::tools

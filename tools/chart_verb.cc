@@ -93,7 +93,8 @@ std::vector<EventLine> read_events(const std::string& file, Diagnostics& diagnos
     }
     lines.push_back(read_line(*json, number, own));
     if (lines.size() > 1 && lines.back().time_ns < lines[lines.size() - 2].time_ns) {
-      own.error(Code::kInvalidValue, "", "an event before the one above it", "Order the lines by time");
+      own.error(Code::kInvalidValue, "", "an event before the one above it",
+                "Give the lines in the order of their times");
       own.list().back().line = number;
     }
   }

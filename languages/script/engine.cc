@@ -57,7 +57,9 @@ constexpr const char* kPrelude = R"JS((function (global) {
    'DataView', 'Int8Array', 'Uint8Array', 'Uint8ClampedArray', 'Int16Array', 'Uint16Array', 'Int32Array', 'Uint32Array',
    'Float32Array', 'Float64Array'].forEach(function (name) { delete global[name]; });
   return [function (tree, xml) { return new Node(tree, xml); }, function (event, data) {
-    ['sendid', 'origin', 'origintype', 'invokeid'].forEach(function (key) { if (!(key in event)) event[key] = undefined; });
+    ['sendid', 'origin', 'origintype', 'invokeid'].forEach(function (key) {
+      if (!(key in event)) event[key] = undefined;
+    });
     event.data = data;
     return Object.freeze(event);
   }];
@@ -316,12 +318,24 @@ ScriptEngine::~ScriptEngine() { duk_destroy_heap(impl_->context); }
 
 void ScriptEngine::set_in(std::function<bool(const std::string&)> in) { impl_->heap.in = std::move(in); }
 
-ScriptEngine::Value<Data> ScriptEngine::evaluate(const std::string& expression) {
+namespace {
+
+/// Documents end expressions with a semicolon now and then.
+std::string without_semicolon(const std::string& expression) {
+  const auto last = expression.find_last_not_of(" \t\r\n;");
+  return last == std::string::npos ? expression : expression.substr(0, last + 1);
+}
+
+}  // namespace
+
+ScriptEngine::Value<Data> ScriptEngine::evaluate(const std::string& given) {
+  const std::string expression = without_semicolon(given);
   Call call{.text = expression.c_str(), .act = [](duk_context* context, Call& own) { push_value(context, own.text); }};
   return impl_->run(call);
 }
 
-ScriptEngine::Value<bool> ScriptEngine::condition(const std::string& expression) {
+ScriptEngine::Value<bool> ScriptEngine::condition(const std::string& given) {
+  const std::string expression = without_semicolon(given);
   Call call{.text = expression.c_str(), .act = [](duk_context* context, Call& own) {
               push_value(context, own.text);
               own.flag = duk_to_boolean(context, -1) != 0;
@@ -371,7 +385,8 @@ void assign_top(duk_context* context, const char* location) {
 
 }  // namespace
 
-ScriptEngine::Value<void> ScriptEngine::assign(const std::string& location, const std::string& expression) {
+ScriptEngine::Value<void> ScriptEngine::assign(const std::string& location, const std::string& given) {
+  const std::string expression = without_semicolon(given);
   Call call{.text = location.c_str(), .other = expression.c_str(), .act = [](duk_context* context, Call& own) {
               push_value(context, own.other);
               assign_top(context, own.text);
@@ -479,7 +494,8 @@ void ScriptEngine::end_loop() {
 
 bool ScriptEngine::exhausted() const { return impl_->heap.exhausted(); }
 
-std::optional<std::string> ScriptEngine::syntax_error(const std::string& text, bool statements) {
+std::optional<std::string> ScriptEngine::syntax_error(const std::string& given, bool statements) {
+  const std::string text = statements ? given : without_semicolon(given);
   Call call{.text = text.c_str(), .flag = statements, .act = [](duk_context* context, Call& own) {
               if (!own.flag) {
                 push_function(context, "(function(){return (", own.text, "\n)})");

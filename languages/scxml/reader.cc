@@ -233,7 +233,7 @@ void ChartReader::parameters(const XmlElement& element, std::vector<ChartParamet
       content.given = true;
     }
   }
-  if (content.given && !list.empty())
+  if (content.given && !list.empty() && element.name != "invoke")
     error(element.at, Code::kConflict, "<param> and <content> exclude each other", "Keep one of them");
 }
 

@@ -77,7 +77,7 @@ bool ChartSession::step() {
   const ChartEvent event = std::move(external_.front());
   external_.pop_front();
   take_external(event);
-  if (running_) (void)settle();
+  (void)settle();
   return true;
 }
 
