@@ -108,6 +108,14 @@ class ChartRehearsal {
   }
 
   void check_conflict(const ProgramChart& chart, const ChartInvoke& invoke, const Nominal& other, const Nominal& one) {
+    if (!one.devices.empty() && !other.devices.empty() && noted_.insert({one.id, other.id}).second) {
+      diagnostics_.note(
+          {},
+          fmt::format("'{}' runs beside '{}' of chart '{}': their motions are not checked against each other", one.id,
+                      other.id, other.session),
+          "Use messages to give the room to one of them, or a parallel");
+      move_to_chart(diagnostics_, diagnostics_.list().size() - 1, *chart.chart, invoke.at);
+    }
     for (const std::string& device : one.devices) {
       if (!other.devices.contains(device)) continue;
       error_at(invoke.at, Code::kResourceConflict,
@@ -168,6 +176,7 @@ class ChartRehearsal {
   Diagnostics& diagnostics_;
   std::vector<Nominal> running_;
   std::set<const ChartInvoke*> played_;
+  std::set<std::pair<std::string, std::string>> noted_;
   int calls_ = 0;
   ChartSystem system_;
 };

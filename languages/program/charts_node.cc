@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "core/activity/scheduler.h"
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
 #include "core/expression/contact_reader.h"
@@ -41,6 +42,23 @@ class ChartsNode final : public program::Node {
       for (const auto& [invoke, program] : chart.programs) program.node->collect_names(names);
   }
   [[nodiscard]] bool constant() const override { return false; }
+};
+
+/// Motions that run beside others are not checked as those that run alone. Inside of a `parallel` none runs alone.
+class BesideOthers {
+ public:
+  BesideOthers(activity::Context& context, bool beside)
+      : scheduler_(beside && context.meanwhile.parallel.empty() ? context.scheduler : nullptr) {
+    if (scheduler_ != nullptr) scheduler_->set_alone(false);
+  }
+  ~BesideOthers() {
+    if (scheduler_ != nullptr) scheduler_->set_alone(true);
+  }
+  BesideOthers(const BesideOthers&) = delete;
+  BesideOthers& operator=(const BesideOthers&) = delete;
+
+ private:
+  activity::Scheduler* scheduler_;
 };
 
 /// One execution of what a chart has invoked.
@@ -163,6 +181,7 @@ class ChartsRun final : public program::NodeRun {
   /// @return true if one has ended
   bool advance_calls(Execution& execution, Diagnostics& diagnostics) {
     bool ended = false;
+    const BesideOthers beside(execution.context, calls_.size() > 1);
     const bool clears =
         std::ranges::any_of(calls_, [](const RunningCall& call) { return call.id.empty() && call.begun; });
     for (std::size_t i = 0; i < calls_.size();) {
