@@ -536,8 +536,9 @@ int takt_script_interrupted(void* heap) {
 }
 int takt_script_accessed(void* heap) { return static_cast<takt::languages::ScriptHeap*>(heap)->charge(1) ? 1 : 0; }
 int takt_script_expression_steps(void* heap) {
-  (void)static_cast<takt::languages::ScriptHeap*>(heap)->charge(takt::languages::kExpressionCost);
-  return takt::languages::kExpressionSteps;
+  auto* self = static_cast<takt::languages::ScriptHeap*>(heap);
+  (void)self->charge(takt::languages::kExpressionCost);
+  return self->exhausted() ? 1 : takt::languages::kExpressionSteps;
 }
 double takt_script_random(void* heap) { return static_cast<takt::languages::ScriptHeap*>(heap)->random.unit(); }
 }

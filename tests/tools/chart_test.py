@@ -88,7 +88,7 @@ class InACell(Folder):
         document = json.loads(SCENARIO.read_text())
         document.pop("$schema")
         document["program"]["charts"] = charts
-        document["expectations"] = []
+        document["expectations"] = [{"kind": "duration", "below_s": 30}]
         document.update(changes)
         return self.file("scenario.json", json.dumps(document))
 

@@ -50,7 +50,9 @@ class PlainReading {
     return {at(s).children.front()};
   }
   bool compound(int s) const { return at(s).kind != Kind::kParallel && !at(s).children.empty(); }
-  bool atomic(int s) const { return at(s).children.empty() && !at(s).is_history(); }
+  bool atomic(int s) const {
+    return at(s).kind == Kind::kFinal || (at(s).kind == Kind::kState && at(s).children.empty());
+  }
   bool descendant(int s, int of) const {
     for (int p = at(s).parent; p >= 0; p = at(p).parent)
       if (p == of) return true;
