@@ -26,6 +26,8 @@ using languages::ChartTransition;
 using languages::Data;
 
 constexpr std::size_t kMostEventBytes = 16u << 20;
+/// What a trial tells at most; then it ends.
+constexpr std::size_t kMostTold = 200'000;
 /// A chart that never comes to its end is followed for so long, s.
 constexpr double kDefaultTime_s = 3600;
 
@@ -126,7 +128,8 @@ class ChartTrial {
       if (!line.event.name.empty()) (void)system_.post("chart", line.event);
       system_.advance(line.time_ns);
     }
-    while (!system_.over() && system_.next_ns() >= 0 && system_.next_ns() <= end) system_.advance(system_.next_ns());
+    while (!system_.over() && system_.next_ns() >= 0 && system_.next_ns() <= end && trace_.size() < kMostTold)
+      system_.advance(system_.next_ns());
     left_ = session_.configuration();
   }
 

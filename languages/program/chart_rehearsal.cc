@@ -15,6 +15,8 @@ namespace {
 
 /// More calls than these are charts that go on for ever.
 constexpr int kMostCalls = 200;
+/// So many instants are looked at, as of a chart that does something each 10 ms for three minutes.
+constexpr int kMostInstants = 20'000;
 /// A rehearsal ends after a day.
 constexpr std::int64_t kLongest_ns = 86'400ll * 1'000'000'000;
 
@@ -36,7 +38,9 @@ class ChartRehearsal {
     for (const ProgramChart& one : charts_) (void)system_.add(one.chart, one.name);
     const double begin = rehearsal_.duration;
     std::int64_t now = 0;
+    int instants = 0;
     for (; !system_.over() && calls_ < kMostCalls && now >= 0 && now < kLongest_ns; now = next()) {
+      if (++instants > kMostInstants) break;
       system_.advance(now);
       for (const Nominal& due : take_due(now)) (void)system_.end_call(due.session, due.id, due.event);
       system_.advance(now);

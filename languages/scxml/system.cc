@@ -24,12 +24,17 @@ ChartSession& ChartSystem::add(std::shared_ptr<const Chart> chart, const std::st
 }
 
 void ChartSystem::advance(std::int64_t now_ns) {
-  for (;;) {
+  for (int events = 0;; ++events) {
     run_ready();
     if (delayed_.empty() || delayed_.begin()->first.first > now_ns) break;
     now_ = std::max(now_, delayed_.begin()->first.first);
     Delayed due = std::move(delayed_.begin()->second);
     delayed_.erase(delayed_.begin());
+    if (events >= kMostSteps) {
+      due.from->fail(fmt::format("{} events are due before the clock goes on", kMostSteps));
+      due.from->end();
+      continue;
+    }
     const std::string sendid = due.event.sendid;
     const auto [error, why] = send(*due.from, due.target, std::move(due.event));
     if (!error.empty()) (void)due.from->error(error, why, sendid);
