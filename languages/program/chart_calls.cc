@@ -9,6 +9,7 @@
 #include "core/base/json.h"
 #include "languages/program/chart_values.h"
 #include "languages/script/engine.h"
+#include "languages/xml/document.h"
 
 namespace takt::languages {
 namespace {

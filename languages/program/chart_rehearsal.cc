@@ -9,6 +9,7 @@
 
 #include "languages/program/chart_values.h"
 #include "languages/scxml/system.h"
+#include "languages/xml/document.h"
 
 namespace takt::languages {
 namespace {

@@ -16,6 +16,7 @@
 #include "languages/program/chart_rehearsal.h"
 #include "languages/program/chart_values.h"
 #include "languages/scxml/system.h"
+#include "languages/xml/document.h"
 
 namespace takt::languages {
 namespace {
