@@ -215,7 +215,7 @@ struct SimDriveDescription {
   kinematics::WheelDrive drive;
   std::vector<std::string> wheels;  ///< joints of the robot, in the order of the drive; they turn with the motion
   Pose X_FD = Pose::Identity();     ///< middle of the wheels in the flange, on the floor
-  double grip = 0.7;                ///< friction of the wheels on the floor; a guess: rubber on dry concrete
+  double grip = 0.7;                ///< friction of the wheels on the floor
   OdometryError error = {};
 };
 
