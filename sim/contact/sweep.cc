@@ -1,6 +1,7 @@
 #include "sim/contact/sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -31,6 +32,16 @@ double smallest_radius(const mjModel& model, int geom) {
       return std::min({box[0], box[1], box[2]});
     }
   }
+}
+
+/// By how much a point of the surface of a shape moves in a step, m.
+Eigen::Vector3d moves(const mjModel& model, const mjData& data, int geom, const Eigen::Vector3d& point) {
+  const int body = model.geom_bodyid[geom];
+  std::array<double, 6> velocity{};
+  mj_objectVelocity(&model, &data, mjOBJ_BODY, body, velocity.data(), 0);
+  const Eigen::Map<const Eigen::Vector3d> angular(velocity.data()), linear(velocity.data() + 3);
+  const Eigen::Map<const Eigen::Vector3d> middle(data.xipos + 3 * body);
+  return model.opt.timestep * (linear + angular.cross(point - middle));
 }
 
 }  // namespace
@@ -64,8 +75,11 @@ void Sweep::stop(const mjModel& model, mjData& data) const {
       const double distance = mj_ray(&model, &data, from.data(), along.data(), nullptr, 1, flyer.body, &geom, nullptr);
       if (distance < 0.0 || gone + distance >= length) break;
       gone += distance;
-      if (model.geom_contype[geom] != 0 && !open_[static_cast<std::size_t>(geom)]) {
-        p_WB -= (length - gone + kInFront * flyer.radius) * along;
+      // What moves along with it is no wall.
+      const double ahead = moves(model, data, geom, from + distance * along).dot(along);
+      const double beyond = length - gone - ahead;
+      if (beyond > 0.0 && model.geom_contype[geom] != 0 && !open_[static_cast<std::size_t>(geom)]) {
+        p_WB -= (beyond + kInFront * flyer.radius) * along;
         break;
       }
       constexpr double kBeyond = 1e-6;  // m

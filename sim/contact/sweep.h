@@ -13,8 +13,9 @@ namespace takt::sim {
 /// Small bodies that fly fast do not pass through what is thin: contacts are looked for where bodies are after a step,
 /// and a nut of 5 mm that flies with 10 m/s goes 10 mm in it. A free body whose middle would be farther in one step
 /// than its smallest radius, and beyond a surface on its straight way, is put back in front of that; the contact then
-/// stops it. Two that fly towards each other are looked at against where the other one was. Bodies with bores count as
-/// open. Owned by the world; one thread. Realtime: cyclic but for the constructor.
+/// stops it. How the surface moves itself counts; two free bodies that fly towards each other are looked at against
+/// where the other one was, moved on. Bodies with bores count as open. Owned by the world; one thread. Realtime: cyclic
+/// but for the constructor.
 class Sweep {
  public:
   Sweep() = default;
