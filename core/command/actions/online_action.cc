@@ -100,11 +100,14 @@ class Jog final : public VelocityModel {
 
 class FollowPose final : public VelocityModel {
  public:
-  FollowPose(const expression::FrameSensor& target, const TrackingParameters& parameters)
-      : target_(target.node()), parameters_(parameters) {}
+  FollowPose(const expression::FrameSensor& target, const TrackingParameters& parameters,
+             const std::optional<expression::TwistSensor>& moves)
+      : target_(target.node()), moves_(moves ? moves->node() : nullptr), parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
   [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
-    return with_speed({target_}, parameters_);
+    std::vector<expression::ExpressionPtr> formulas = with_speed({target_}, parameters_);
+    if (moves_) formulas.push_back(moves_);
+    return formulas;
   }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     return check_positive({{"linear_max", parameters_.linear_max, "m/s"},
@@ -129,18 +132,22 @@ class FollowPose final : public VelocityModel {
   }
 
  private:
-  /// From where the tool was sent last to the target, with a gain.
+  /// From where the tool was sent last to the target, with a gain; beside what the target moves by itself.
   void add_velocity(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "now", "set_point_q");
     add_linked(fragment, "difference", "FrameDifference", {{"from", "now.frame"}});
     fragment.feed(target_, "difference.to");
     fragment.add("gain", "ConstantReal", {{"value", parameters_.gain}});
     add_linked(fragment, "velocity", "ScaleTwist", {{"twist", "difference.value"}, {"factor", "gain.value"}});
-    add_limit(fragment, actuator, "velocity.value", parameters_);
+    if (!moves_) return add_limit(fragment, actuator, "velocity.value", parameters_);
+    fragment.add("target_moves", "DefaultToTwist", {{"fallback", net::value_to_json(net::Twist{})}});
+    fragment.feed(moves_, "target_moves.input");
+    add_linked(fragment, "velocity_with_target", "AddTwists", {{"a", "velocity.value"}, {"b", "target_moves.value"}});
+    add_limit(fragment, actuator, "velocity_with_target.value", parameters_);
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(parameters_); }
 
-  expression::ExpressionPtr target_;
+  expression::ExpressionPtr target_, moves_;  ///< the second: null where it is not known
   TrackingParameters parameters_;
 };
 
@@ -280,8 +287,9 @@ Action jog(const expression::TwistSensor& velocity, const expression::State& ena
            const TrackingParameters& bounds) {
   return Action(std::make_shared<const Jog>(velocity, enabled, bounds));
 }
-Action follow(const expression::FrameSensor& target, const TrackingParameters& parameters) {
-  return Action(std::make_shared<const FollowPose>(target, parameters));
+Action follow(const expression::FrameSensor& target, const TrackingParameters& parameters,
+              const std::optional<expression::TwistSensor>& moves) {
+  return Action(std::make_shared<const FollowPose>(target, parameters, moves));
 }
 Action follow(const expression::JointsSensor& target, double velocity, double acceleration) {
   return Action(std::make_shared<const FollowJoints>(target, velocity, acceleration));

@@ -27,7 +27,10 @@ struct TrackingParameters {
 
 /// The tool centre point follows a pose in the arm's base; without a target it comes to rest. Offers `arrived`,
 /// `error`: there is no target.
-[[nodiscard]] Action follow(const expression::FrameSensor& target, const TrackingParameters& parameters = {});
+/// @param moves  velocity of the target, at its origin, in the axes of the base: with it the tool does not lag behind a
+///   target that moves; nothing, or null: it follows the pose alone
+[[nodiscard]] Action follow(const expression::FrameSensor& target, const TrackingParameters& parameters = {},
+                            const std::optional<expression::TwistSensor>& moves = {});
 
 /// The joints go to a target that may change in every cycle, as fast as shares of their limits allow; without a target
 /// to the last one. Offers `arrived`, `error`: there is no target.

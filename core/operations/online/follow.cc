@@ -1,5 +1,7 @@
 #include "core/operations/online/follow.h"
 
+#include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "core/expression/device_sensors.h"
@@ -20,6 +22,13 @@ void check_follow(FollowParameters& follow, const ReadContext& from) {
   }
 }
 
+/// Something outside says where the frame is, such as the encoder of a belt: it moves by itself, and the tool with it.
+bool rides_on_channel(const expression::Cell& cell, const std::string& frame) {
+  return std::ranges::any_of(cell.frames.path_to_world(frame), [&](std::string_view name) {
+    return cell.frames.relation(name)->kind == world::Relation::Kind::kChannel;
+  });
+}
+
 class FollowCommand final : public OnlineCommand {
  public:
   explicit FollowCommand(FollowParameters parameters) : OnlineCommand(parameters), follow_(std::move(parameters)) {}
@@ -28,8 +37,13 @@ class FollowCommand final : public OnlineCommand {
   [[nodiscard]] command::Action action_of(const BuildContext& context) const override {
     const command::TrackingParameters own = tool_limits(follow_);
     const expression::FrameSensor frame = expression::pose_between(context.cell, follow_.in, follow_.arm);
-    if (!follow_.channel) return command::follow(frame, own);
-    return command::follow(frame * expression::channel<net::Frame>(context.cell, *follow_.channel), own);
+    const expression::FrameSensor target =
+        follow_.channel ? frame * expression::channel<net::Frame>(context.cell, *follow_.channel) : frame;
+    if (!rides_on_channel(context.cell, follow_.in)) return command::follow(target, own);
+    const expression::TwistSensor twist = expression::twist_between(context.cell, follow_.in, follow_.arm);
+    if (!follow_.channel) return command::follow(target, own, twist);
+    return command::follow(target, own,
+                           expression::shift(twist, expression::position(target) - expression::position(frame)));
   }
 
   FollowParameters follow_;
