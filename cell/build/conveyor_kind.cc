@@ -53,7 +53,7 @@ class ConveyorKind final : public DeviceKind {
     const auto conveyor = device.as<ConveyorDescription>();
     const std::string& name = device.entry->name;
     auto* machine = dynamic_cast<sim::SimConveyor*>(built.world->device(name));
-    // Whatever stops stops the belt.
+    // An emergency stop stops the belt.
     built.cell.digital_outputs[at_conveyor(name, terminal::kRun)] =
         &output<bool>(at_conveyor(name, terminal::kRun), {.stop = false}, machine->run, built);
     built.cell.analog_outputs[at_conveyor(name, terminal::kSpeed)] = &output<double>(

@@ -271,7 +271,8 @@ class ForceController final : public Primitive {
               .natural_frequency = frequency_.value_or(filter_frequency_),
               .damping_ratio = damping_.value_or(1.0)};
     dead_time_ = sensor_delay_ + delay_.value_or(h);
-    rate_ = (integral_ ? kObservedShare : kShare) / (dead_time_ + servo_.damping_time());
+    observes_ = integral_ && servo_.stiffness > 0.0 && servo_.natural_frequency >= SurfaceObserver::kFastest;
+    rate_ = (observes_ ? kObservedShare : kShare) / (dead_time_ + servo_.damping_time());
     base_ = servo_.stiffness > 0.0 ? rate_ / servo_.stiffness : gain_;
     if (gain_ > 0.0) base_ = servo_.stiffness > 0.0 ? std::min(gain_, kMostGain * base_) : gain_;
   }
@@ -334,15 +335,20 @@ class ForceController final : public Primitive {
     if (!integral_) return;
     surface_.move(moves_.value_or(last_), last_path_);
     last_path_ = path();
-    if (!(servo_.stiffness > 0.0)) return;
+    if (!observes_) return;
     const bool knows_motion = !moves_.null() || !held_back_.value_or(false);
     const bool touches = in_contact_ && lost_for_ == 0 && knows_motion;
     surface_.feel(*force_, servo_, dead_time_, touches, h);
   }
-  /// A change of the surface's own velocity, m/s, where no path moves.
+  /// A change of the surface's velocity, m/s: where no path moves; and along a path, as one of its tilt, under an arm
+  /// that is too slow for an observer.
   void learn(double change) {
-    if (path().norm() > kPathRests) return;
-    drift_ = std::clamp(drift_ + change, -velocity_max_, velocity_max_);
+    const double square = path().squaredNorm();
+    if (square <= kPathRests * kPathRests) {
+      drift_ = std::clamp(drift_ + change, -velocity_max_, velocity_max_);
+    } else if (!observes_) {
+      surface_.lean(change / square * path());
+    }
   }
 
   void move(double h) {
@@ -378,6 +384,7 @@ class ForceController final : public Primitive {
 
   device::ServoResponse servo_;
   double dead_time_ = 0.0, rate_ = 0.0, base_ = 0.0;
+  bool observes_ = false;  ///< the surface; else an integral part learns its tilt
   bool in_contact_ = false, touched_ = false, brought_up_ = false;
   std::int64_t lost_for_ = 0;
   ServoLowPass filter_;            ///< of the missing force

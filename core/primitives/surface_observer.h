@@ -28,6 +28,9 @@ class SurfaceObserver {
  public:
   using Vector = net::Vector;
 
+  /// 1/s, both poles, of a surface that is not known yet: an arm has to be as fast.
+  static constexpr double kFastest = 30.0;
+
   /// Nothing is known of a surface, and nothing has moved.
   void begin() {
     past_.fill({});
@@ -51,8 +54,8 @@ class SurfaceObserver {
     newest_ = (newest_ + 1) % past_.size();
     past_[newest_] = {.velocity = velocity, .path = path};
   }
-  /// In each cycle, before the next move(). @param arm  with a stiffness > 0  @param dead_time  from a velocity to its
-  /// force, s  @param touches  false: nothing is learned
+  /// In each cycle, before the next move(). @param arm  with a stiffness > 0, and kFastest or faster  @param dead_time
+  /// from a velocity to its force, s  @param touches  false: nothing is learned
   void feel(double force, const device::ServoResponse& arm, double dead_time, bool touches, double h) {
     felt_.update(force, arm.natural_frequency, arm.damping_ratio, h);
     const double cycles = std::clamp(std::round(dead_time / h), 1.0, static_cast<double>(past_.size()));
@@ -63,23 +66,26 @@ class SurfaceObserver {
     const double speed = then.path.norm();
     if (!touches || speed < kRests) return;
     known_for_ += h;
-    const double rate = std::min({kFastest, arm.natural_frequency, std::max(kRate, kQuick / known_for_)});
+    const double rate = std::min(kFastest, std::max(kRate, kQuick / known_for_));
     const double came = then.velocity - felt_.rate / (kSeries * arm.stiffness);
     const double off = came - tilt_.dot(then.path);
     const double usual = kUsual * speed + kUsualSpeed;
     const bool edge = is_edge(std::abs(off) > usual, speed * h);
     const double error = (edge ? kEdgeShare * std::clamp(off, -usual, usual) : off) / (speed * speed + kSlow * kSlow);
-    tilt_ += h * (curvature_ + 2.0 * rate * error) * then.path;
-    tilt_ *= std::min(1.0, kSteepest / std::max(tilt_.norm(), kSteepest));
+    lean(h * (curvature_ + 2.0 * rate * error) * then.path);
     if (!edge) curvature_ = std::clamp(curvature_ + h * rate * rate * error, -kMostCurved, kMostCurved);
+  }
+  /// What somebody else has learned of its tilt.
+  void lean(const Vector& change) {
+    tilt_ += change;
+    tilt_ *= std::min(1.0, kSteepest / std::max(tilt_.norm(), kSteepest));
   }
   /// Of the surface along the direction, where the tool is now, m/s.
   [[nodiscard]] double velocity(const Vector& path) const { return (tilt_ + curvature_ * ahead_).dot(path); }
 
  private:
-  static constexpr double kRate = 12.0;     ///< 1/s, both poles, of a surface that is known
-  static constexpr double kFastest = 30.0;  ///< 1/s, of one that is not
-  static constexpr double kQuick = 3.0;     ///< in between: over the time for which it is known
+  static constexpr double kRate = 12.0;  ///< 1/s, both poles, of a surface that is known
+  static constexpr double kQuick = 3.0;  ///< in between: over the time for which it is known
   /// A surface that is known comes no faster than it was thought to by this: tilt, and velocity, m/s. What does is an
   /// edge.
   static constexpr double kUsual = 0.05, kUsualSpeed = 1e-3;

@@ -62,7 +62,7 @@ TEST(Conveyor, AToolFollowsWhatItCarries) {
   EXPECT_LT(beside(cell_with(follow_at(0.3, 1.8)), 1.5, 1.7), 1e-3);
 }
 
-TEST(Conveyor, StopsWithTheProgramThatStartedIt) {
+TEST(Conveyor, IsStartedAndStopped) {
   const test::Ran ran =
       test::run_kept(cell_with(follow_at(0.1, 1.0) + R"(, {"do": "set", "output": "belt/run", "value": false},
         {"do": "wait", "until": {"input": "belt/running", "is": false}, "timeout_s": 1})",
