@@ -95,7 +95,9 @@ class CellRun {
   void tell_of_drivers();
   void tell_of_screws();
   void tell_of_contacts();
-  [[nodiscard]] bool look_at_contacts();
+  void take_contacts();
+  [[nodiscard]] bool look_at_contacts(const std::string& current);
+  void see_crash_through(const std::string& current);
   void follow_steps(const LogEntry& entry);
   void tell_end(bool interrupted);
   [[nodiscard]] bool heard_from(const std::string& device) const;
