@@ -79,6 +79,13 @@ class RemotePrograms(unittest.TestCase):
                 failed = {one["name"] for one in report["expectations"] if not one["passed"] and one["kind"] != "repeats"}
                 self.assertLessEqual(failed, IN_TIME, report)
 
+    def test_the_next_program_begins_where_the_one_before_has_ended(self):
+        served = Served(TAKT, "--lockstep", file=f"{CELLS}/gripper.json")
+        for _ in range(2):  # the gripper has been commanded when the second one begins
+            report = run("05_beside_each_other", "--core", f"http://127.0.0.1:{served.port}")
+            self.assertEqual(report["status"], 0, report["errors"])
+        served.end()
+
     def die(self, how):
         served = Served(TAKT, "--realtime", file=f"{CELLS}/arm.json")
         url = f"http://127.0.0.1:{served.port}"
@@ -92,12 +99,14 @@ class RemotePrograms(unittest.TestCase):
         program.send_signal(how)
         begin = time.monotonic()
         arm = served.ask("GET", "/v1/arms/arm")[1]["state"]
-        while time.monotonic() < deadline and not (arm["at_rest"] and not arm["held"]):
+        leases = None
+        while time.monotonic() < deadline and not (arm["at_rest"] and not arm["held"] and leases == []):
             time.sleep(0.01)
+            leases = served.ask("GET", "/v1/lease")[1]["leases"]
             arm = served.ask("GET", "/v1/arms/arm")[1]["state"]
         self.assertTrue(arm["at_rest"] and not arm["held"], arm)
         self.assertLess(time.monotonic() - begin, 3.0, "the lease is 1 s, and the arm brakes in less than one")
-        self.assertEqual(served.ask("GET", "/v1/lease")[1]["leases"], [])
+        self.assertEqual(leases, [])
         events = served.ask("GET", "/v1/events")[1]["events"]
         started = [one["net"] for one in events if one.get("state") == "Running"]
         if how == signal.SIGSTOP:
