@@ -33,7 +33,7 @@ struct ServedCell {
 class Follower final : public rcc::CommandRelay {
  public:
   /// Silence of this process, cycles, after which what it started comes to rest; in real time.
-  static constexpr std::int64_t kLease = 300;
+  static constexpr std::int64_t kLease = 1000;
 
   /// Asks a server for its cell. Throws nothing. @return it, or why not
   [[nodiscard]] static Result<ServedCell> ask(ServerLink& link);

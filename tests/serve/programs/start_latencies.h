@@ -27,7 +27,6 @@ inline int measure_start_latencies(int argc, char** argv) {
     const auto motion = left.use<MotionInterface>();
     const State near =
         is_less(distance(position(tool_pose(cell.model(), "left")), Eigen::Vector3d(0.0, 0.0, 9.0)), 0.2);
-    const TwoArms pair(left, right, left.frame("world").inverse() * left.flange());
     auto q = left.home();
     for (int i = 0; i < kRounds; ++i) {
       const double way = i % 2 == 0 ? 0.03 : -0.03;
@@ -37,6 +36,7 @@ inline int measure_start_latencies(int argc, char** argv) {
       q = left.q();
       q[0] -= way;
       measure("PTP with a guard", motion.ptp(q, {.until = near, .must_touch = false}));
+      const TwoArms pair(left, right, left.frame("world").inverse() * left.flange());  // where they are now
       measure("LIN of two arms", pair.lin_by({0.0, 0.0, way}));
       q = left.q();
     }
