@@ -33,6 +33,7 @@ export class ProgramPanel {
   private roots: Row[] = [];
   private began = 0;
   private time_s = 0;
+  private asked: Promise<void> = Promise.resolve();
   private running: string[] = [];
 
   constructor(private readonly link: Link) {
@@ -85,7 +86,7 @@ export class ProgramPanel {
     const observes = this.link.role === "observer";
     setText(this.buttons.start, program.state === "awaits start" ? "Start" : "Continue");
     this.buttons.start.disabled = observes || isOver || (program.state === "runs" && !program.single);
-    this.buttons.pause.disabled = observes || isOver || program.state !== "runs";
+    this.buttons.pause.disabled = observes || isOver || program.state === "awaits start" || program.state === "paused";
     this.buttons.step.disabled = observes || isOver || !program.steps;
     this.buttons.cancel.disabled = observes || isOver || program.cancelled;
     this.speed.input.disabled = observes || isOver;
@@ -116,7 +117,13 @@ export class ProgramPanel {
     }
   }
 
-  private async ask(method: string, what: string, body: object): Promise<void> {
+  /** One after the other, in the order in which somebody asked: a pause that overtook its start would be lost. */
+  private ask(method: string, what: string, body: object): Promise<void> {
+    this.asked = this.asked.then(() => this.askNow(method, what, body));
+    return this.asked;
+  }
+
+  private async askNow(method: string, what: string, body: object): Promise<void> {
     try {
       this.show(await this.link.ask<Program>(method, `/v1/program/${what}`, body), this.time_s);
     } catch (error) {

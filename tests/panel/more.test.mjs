@@ -1,12 +1,17 @@
 // What else the page promises, in a real Chromium; by hand: node --test tests/panel/
 import assert from "node:assert/strict";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, afterEach, before, describe, test } from "node:test";
 import {
   barriers,
   close,
   launch,
+  moves,
   open,
   ready,
+  rests,
   SCENARIO,
   take,
   Takt,
@@ -45,6 +50,59 @@ describe("a cell that is served", () => {
       }
       await close(page);
     });
+
+  test("jogs single joints, and with a stick", async () => {
+    const page = await ready(browser, server.url);
+    await take(page);
+    await page.getByLabel("Space").selectOption("joints");
+    const { q_commanded: before } = await server.arm();
+    await page
+      .getByRole("button", { name: /^\S+ plus, hold to move$/ })
+      .nth(3)
+      .hover();
+    await moves(server, () => page.mouse.down());
+    await page.mouse.up();
+    await rests(server);
+    const { q_commanded: after } = await server.arm();
+    assert.deepEqual(
+      after.map((one, i) => Math.abs(one - before[i]) > 1e-6),
+      [0, 1, 2, 3, 4, 5, 6].map((joint) => joint === 3),
+    );
+    await page.getByLabel("Space").selectOption("tool");
+    const stick = page.locator(".stick").first();
+    await stick.scrollIntoViewIfNeeded();
+    const { x, y, width } = await stick.boundingBox();
+    await page.mouse.move(x + width / 2, y + width / 2);
+    await page.mouse.down();
+    await moves(server, () =>
+      page.mouse.move(x + width / 2, y + 5, { steps: 5 }),
+    );
+    await page.mouse.up();
+    await rests(server);
+    assert.deepEqual(page.problems, []);
+    await close(page);
+  });
+
+  test("a step ends by itself, though the button is held", async () => {
+    const page = await ready(browser, server.url);
+    await take(page);
+    await page.getByLabel("Moves").selectOption("0.01");
+    const posture = async () => (await server.arm()).q_commanded;
+    const plus = page.getByRole("button", {
+      name: "z plus, hold to move",
+      exact: true,
+    });
+    await plus.hover();
+    const before = await posture();
+    await moves(server, () => page.mouse.down());
+    await rests(server);
+    const held = await posture();
+    await page.waitForTimeout(500);
+    assert.deepEqual(await posture(), held);
+    await page.mouse.up();
+    assert.notDeepEqual(held, before);
+    await close(page);
+  });
 
   test("two pages do not command at once: the one that takes over moves, the other is told", async () => {
     const [first, second] = [
@@ -117,4 +175,46 @@ test("asks for a token that is wrong or not there, and takes the right one", asy
   await page.getByText("SIM").waitFor();
   await close(page);
   assert.equal(await server.end(), 130);
+});
+
+test("an observer looks and stops, and commands nothing", async () => {
+  const folder = mkdtempSync(join(tmpdir(), "takt-panel-"));
+  const file = join(folder, "tokens");
+  const [observer, operator] = [
+    "0123456789abcdef-look",
+    "0123456789abcdef-move",
+  ];
+  writeFileSync(
+    file,
+    `observer visitor ${observer}\noperator staff ${operator}\n`,
+    { mode: 0o600 },
+  );
+  const server = await Takt.start(
+    "serve",
+    SCENARIO,
+    "--port",
+    "0",
+    "--tokens",
+    file,
+  );
+  server.token = operator;
+  const looks = await ready(browser, `${server.origin}/#token=${observer}`);
+  const commands = await ready(browser, `${server.origin}/#token=${operator}`);
+  await looks.getByText("this token is an observer's").waitFor();
+  assert.equal(
+    await looks.getByRole("button", { name: /control/ }).isDisabled(),
+    true,
+  );
+  await take(commands);
+  await commands
+    .getByRole("button", { name: "z plus, hold to move", exact: true })
+    .hover();
+  await moves(server, () => commands.mouse.down());
+  await looks.getByRole("button", { name: "STOP" }).click();
+  await rests(server);
+  await looks.getByText("'staff' commands").waitFor();
+  await close(looks);
+  await close(commands);
+  assert.equal(await server.end(), 0);
+  rmSync(folder, { recursive: true });
 });
