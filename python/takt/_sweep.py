@@ -155,7 +155,7 @@ class Sweep:
 
     def missing(self) -> list[str]:
         """Points without a result, in order."""
-        there = {one.name for one in (self.folder / "results").glob("*.json")}
+        there = {one.name for one in (self.folder / "results").glob("*.json") if one.stat().st_size > 0}
         return [one.id for one in self.points if f"{one.id}.json" not in there]
 
     def check(self) -> None:
@@ -192,7 +192,7 @@ class Sweep:
         rows = []
         for one in self.points:
             file = self.result_file(one.id)
-            if file.exists():
+            if file.exists() and file.stat().st_size > 0:
                 rows.append(json.loads(file.read_text()))
         prints = {json.dumps(row["fingerprint"], sort_keys=True) for row in rows if "fingerprint" in row}
         if len(prints) > 1 and not unlike:
@@ -226,14 +226,12 @@ def _cell(expectation: dict[str, Any]) -> str:
 
 
 def _store(path: pathlib.Path, row: dict[str, Any]) -> None:
-    """Whole or not at all."""
+    """Whole or not at all, whoever is killed; after a loss of power it may be empty, and counts as missing."""
     half = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with half.open("w") as file:
             json.dump(row, file, indent=1)
             file.write("\n")
-            file.flush()
-            os.fsync(file.fileno())
         half.rename(path)
     except OSError as error:
         half.unlink(missing_ok=True)
