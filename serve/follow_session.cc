@@ -47,7 +47,11 @@ FollowJson results_json(const std::vector<cell::ExpectationResult>& results) {
 
 FollowSession::FollowSession(const StreamServices& services, Client client, std::string peer,
                              std::function<void(Stream& stream)> gone)
-    : services_(services), hosted_(services.cell.hosted()), client_(std::move(client)), peer_(std::move(peer)), gone_(std::move(gone)) {}
+    : services_(services),
+      hosted_(services.cell.hosted()),
+      client_(std::move(client)),
+      peer_(std::move(peer)),
+      gone_(std::move(gone)) {}
 
 std::span<const FollowSession::FollowMessage> FollowSession::follow_messages() {
   using Self = FollowSession;
