@@ -11,8 +11,8 @@ namespace takt::app {
 struct CellSetup {
   cell::OpenOptions open;
   cell::RunOptions run;
-  std::string core;             ///< URL of a server that has the cell; empty: it is in this process
-  std::filesystem::path token;  ///< CellOptions::token
+  std::string core = {};             ///< URL of a server that has the cell; empty: it is in this process
+  std::filesystem::path token = {};  ///< CellOptions::token
 };
 
 }  // namespace takt::app

@@ -77,7 +77,7 @@ class RandomChart {
 
 int wanted_events() {
   const char* text = std::getenv("TAKT_CHART_EVENTS");
-  return text != nullptr ? std::atoi(text) : 100'000;
+  return text != nullptr ? std::atoi(text) : 25'000;
 }
 
 TEST(RandomCharts, EnterAndLeaveWhatAPlainReadingOfTheStandardDoes) {
