@@ -299,7 +299,7 @@ void ChartReader::resolve_targets() {
   }
 }
 
-void ChartReader::check_attributes(const XmlElement& element, std::initializer_list<std::string_view> known) {
+void ChartReader::check_attributes(const XmlElement& element, const std::vector<std::string_view>& known) {
   for (const XmlAttribute& one : element.attributes) {
     const bool takt_condition = one.space == kTaktSpace && one.name == "cond" && element.name == "transition";
     const bool foreign = !one.space.empty() && one.space != kTaktSpace;

@@ -47,7 +47,7 @@ class ChartReader {
   void resolve_targets();
 
   /// Refuses attributes that the element does not have.
-  void check_attributes(const XmlElement& element, std::initializer_list<std::string_view> known);
+  void check_attributes(const XmlElement& element, const std::vector<std::string_view>& known);
   ChartText attribute(const XmlElement& element, std::string_view name, bool required = false);
   std::string choice(const XmlElement& element, std::string_view name, std::initializer_list<std::string_view> allowed);
   void check_expression(const ChartText& text, bool statements = false);

@@ -1,6 +1,8 @@
 // Executable content of a chart, from its elements.
 #include <array>
 #include <span>
+#include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -15,7 +17,7 @@ using Action = ChartAction::Kind;
 struct ActionForm {
   std::string_view name;
   Action kind;
-  std::initializer_list<std::string_view> attributes, required, expressions;
+  std::vector<std::string_view> attributes, required, expressions;
 };
 
 const std::array kForms{
@@ -107,8 +109,7 @@ void ChartReader::if_parts(const XmlElement& element, ChartAction& made) {
     }
     if (last) unexpected(own, element);
     last = own.name == "else";
-    check_attributes(
-        own, last ? std::initializer_list<std::string_view>{} : std::initializer_list<std::string_view>{"cond"});
+    check_attributes(own, last ? std::vector<std::string_view>{} : std::vector<std::string_view>{"cond"});
     const ChartText condition = attribute(own, "cond", !last);
     check_expression(condition);
     made.parts.push_back({condition, {}});

@@ -5,10 +5,12 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "cell/run/session.h"
 #include "tests/cell/runs.h"
+#include "tests/support/reports.h"
 
 namespace takt::cell::conveyor_test {
 namespace {
@@ -26,7 +28,7 @@ Description cell_with(const std::string& steps, const std::string& expectations 
                 "at": {{"in": "belt/belt", "position_m": [0.2, 0, 0.02]}}}}}},
     "frames": {{"over": {{"in": "belt/belt", "position_m": [0.2, 0, 0.2], "rpy_deg": [0, 180, 0]}}}},
     "program": {{"do": "sequence", "steps": [
-      {{"do": "ptp", "to": {{"in": "over"}}, "speed": 0.5}}, {}]}},
+      {{"do": "ptp", "to": {{"in": "over", "position_m": [0, 0, 0], "rpy_deg": [0, 0, 0]}}, "speed": 0.5}}, {}]}},
     "expectations": [{}]}})",
                             steps, expectations));
 }
@@ -72,8 +74,9 @@ TEST(Conveyor, IsStartedAndStopped) {
 }
 
 TEST(Conveyor, WhatIsWrongIsSaid) {
-  EXPECT_TRUE(test::run(cell_with(R"({"do": "set", "output": "belt/speed", "value": 0.6})")).diagnostics.has_errors())
-      << "faster than it goes";
+  const Diagnostics faster_than_it_goes =
+      test::refusal(cell_with(R"({"do": "set", "output": "belt/speed", "value": 0.6})"));
+  EXPECT_THAT(faster_than_it_goes, test::Reports(Code::kOutOfRange, "/program/steps/1/value", {"0.5"}));
 }
 
 }  // namespace

@@ -192,10 +192,10 @@ TEST(ForceFigures, AnEdgeIsNoSlope) {
 }
 
 TEST(ForceFigures, AForceThatIsLeftForLongerThanDeclaredIsSaidSo) {
-  // It cannot go down as far as the pipe does behind its crown.
+  // It begins 40 mm before the crown and ends 60 mm behind it, lower than it may go.
   const auto slide = [](const char* more) {
     return press(10.0, R"(, "seconds": 0.3)") +
-           fmt::format(R"(, {{"do": "lin", "to": {{"by_m": [0, 0.08, 0]}}, "velocity_m_s": 0.02, "acceleration": 0.3,
+           fmt::format(R"(, {{"do": "lin", "to": {{"by_m": [0, 0.1, 0]}}, "velocity_m_s": 0.02, "acceleration": 0.3,
       "force_offset": {{"force_N": 10, "reach_m": 0, "retreat_m": 0.03{}}}}})",
                        more);
   };

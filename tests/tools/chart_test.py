@@ -130,9 +130,9 @@ class InACell(Folder):
     def test_a_state_that_is_left_cancels_what_it_runs(self):
         status, said, errors = self.run_with(
             '<state id="a"><onentry><send event="enough" delay="300ms"/></onentry>'
-            '<invoke id="x" type="takt:left to"><param name="angle" expr="1.0"/></invoke>'
+            '<invoke id="x" type="takt:left to"><param name="angle" expr="-0.8"/></invoke>'
             '<transition event="enough" target="b"/><transition event="done.invoke.x" target="wrong"/></state>'
-            '<state id="b"><invoke id="y" type="takt:left to"><param name="angle" expr="-1.0"/></invoke>'
+            '<state id="b"><invoke id="y" type="takt:left to"><param name="angle" expr="-1.2"/></invoke>'
             '<transition event="done.invoke.y" target="end"/><transition event="error.platform" target="wrong"/></state>'
             '<final id="end"/><final id="wrong"><donedata><param name="failure" expr="\'wrong\'"/></donedata></final>')
         self.assertEqual(status, 0, errors)

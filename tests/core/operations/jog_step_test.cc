@@ -155,10 +155,11 @@ TEST_F(JogStepTest, AFrameThatMovesIsFollowedWithoutALag) {
   const program::Program program =
       good(R"({"do": "follow", "channel": "target", "in": "arm", "linear_max_m_s": 0.2, "seconds": 3})");
   constexpr double kVelocity = 0.05;  // m/s, from 0.5 s on
+  Eigen::Isometry3d goal = cell.moved(0.0, 0.0, 0.0);
   double lag = 0.0;
   EXPECT_EQ(run(program,
                 [&](int cycle, program::ProgramRunner&) {
-                  const Eigen::Isometry3d goal = cell.moved(0.0, kVelocity * std::max(0, cycle - 500) * 1e-3, 0.0);
+                  if (cycle > 500) goal.translation().y() += kVelocity * to_seconds(cell.core.period());
                   (void)cell.cell.channels.at("target")->write(net::Frame(goal));
                   if (cycle > 2000 && cycle < 2900)
                     lag = std::max(lag, (tool() - cell.X_WB * goal.translation()).norm());
