@@ -16,7 +16,7 @@ from ._options import find_file
 if TYPE_CHECKING:
     from ._report import Report
 
-__all__ = ["Scenario", "Step", "branch", "call", "fail", "for_each", "let", "log", "parallel", "repeat", "sequence", "stop",
+__all__ = ["Scenario", "Step", "branch", "call", "charts", "fail", "for_each", "let", "log", "parallel", "repeat", "sequence", "stop",
            "try_"]
 
 
@@ -85,6 +85,11 @@ def for_each(as_: str, *steps: Step, in_: Any = None, grid: Mapping[str, Any] | 
 def call(program: str, *, with_: Mapping[str, Any] | None = None, as_: str | None = None) -> Step:
     """Runs a program of the scenario's programs."""
     return _node("call", **{"program": program, "with": with_, "as": as_})
+
+
+def charts(charts: Mapping[str, Any], **keys: Any) -> Step:
+    """Runs state charts (SCXML) that coordinate what they invoke: name to a file of the folder of the scenario."""
+    return _node("charts", charts=dict(charts), **keys)
 
 
 def try_(*steps: Step, retry: int | None = None, recover: Any = None, on_error: Any = None, error_as: str | None = None,

@@ -76,7 +76,7 @@ TEST(Conveyor, IsStartedAndStopped) {
 TEST(Conveyor, WhatIsWrongIsSaid) {
   const Diagnostics faster_than_it_goes =
       test::refusal(cell_with(R"({"do": "set", "output": "belt/speed", "value": 0.6})"));
-  EXPECT_THAT(faster_than_it_goes, test::Reports(Code::kOutOfRange, "/program/steps/1/value", {"0.5"}));
+  EXPECT_THAT(faster_than_it_goes, takt::test::Reports(Code::kOutOfRange, "/program/steps/1/value", {"0.5"}));
 }
 
 }  // namespace

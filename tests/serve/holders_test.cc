@@ -6,9 +6,9 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "tests/serve/served.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::serve::test {
 namespace {
@@ -132,8 +132,8 @@ TEST(HoldersTest, RequestsToOneCycleAndWatchesHaveAnEnd) {
 }
 
 TEST(RecordingTest, IsBegunSavedAndEndedByNetwork) {
-  const auto folder = std::filesystem::temp_directory_path() / fmt::format("takt_recordings_{}", getpid());
-  std::filesystem::create_directories(folder);
+  const takt::test::ScratchFolder scratch("recordings");
+  const std::filesystem::path& folder = scratch.path();
   {
     Served served(false, {}, "scenarios/touch.json", folder.string());
     Client client = served.client();
@@ -165,7 +165,6 @@ TEST(RecordingTest, IsBegunSavedAndEndedByNetwork) {
   int files = 0;
   for (const auto& file : std::filesystem::directory_iterator(folder)) files += file.is_regular_file() ? 1 : 0;
   EXPECT_EQ(files, 2) << "what was only kept in memory is gone";
-  std::filesystem::remove_all(folder);
 }
 
 TEST(RecordingTest, IsRefusedWithoutAFolder) {

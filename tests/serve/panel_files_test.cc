@@ -4,9 +4,9 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "tests/serve/served.h"
+#include "tests/support/scratch_folder.h"
 
 namespace takt::serve::test {
 namespace {
@@ -15,13 +15,11 @@ namespace {
 class PanelFilesTest : public testing::Test {
  protected:
   void SetUp() override {
-    std::filesystem::create_directories(folder);
     for (const char* name : {"index.html", "panel.js", "panel.css", "icon.svg", "licences.txt"})
       write(name, std::string("content of ") + name);
     write("panel.js.gz", "packed");
     write("secret.txt", "not for anybody");
   }
-  void TearDown() override { std::filesystem::remove_all(folder); }
   void write(const std::string& name, const std::string& text) const { std::ofstream(folder / name) << text; }
 
   [[nodiscard]] static HttpRequest ask(const std::string& method, const std::string& target) {
@@ -32,8 +30,8 @@ class PanelFilesTest : public testing::Test {
   }
   [[nodiscard]] static HttpRequest get(const std::string& target) { return ask("GET", target); }
 
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("takt_panel_" + std::to_string(getpid()));
+  const takt::test::ScratchFolder scratch{"panel"};
+  const std::filesystem::path& folder = scratch.path();
 };
 
 TEST_F(PanelFilesTest, HandsOutItsListAndNothingElse) {
