@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "app/cell_setup.h"
+#include "app/remote/follower.h"
 #include "cell/build/cell_builder.h"
 #include "cell/file/data_folder.h"
 #include "cell/file/operator.h"
@@ -16,6 +17,7 @@
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/tare.h"
 #include "core/expression/believed_shapes.h"
+#include "record/recorder.h"
 
 namespace takt::app {
 namespace {
@@ -72,6 +74,8 @@ CellSetup setup_of(const CellOptions& options) {
   setup.run.record = options.record;
   setup.run.camera = options.camera;
   setup.run.realtime = options.realtime;
+  setup.core = options.core;
+  setup.token = options.token;
   return setup;
 }
 
@@ -81,8 +85,10 @@ class Cell::Impl {
  public:
   Impl(const std::filesystem::path& file, const CellOptions& options, CellSetup setup)
       : quiet_(options.quiet), setup_(std::move(setup)), models_(library(options)), groups_(options.cooperating) {
+    if (!setup_.core.empty()) reach();
     read(find_file(file));
     build();
+    if (link_) follow();
     run_.emplace(description_, built_, expectations_, faults_, setup_.run);
     if (!run_->open()) throw OpenError(run_->report().diagnostics);
     activity::Runtime::Options wanted{
@@ -93,6 +99,16 @@ class Cell::Impl {
       realtime_ = cell::realtime_loop(built_, setup_.run);
       wanted.realtime = realtime_->support();
       wanted.scheduler.margin_cycles = activity::RealtimeSupport::kMargin;
+    }
+    if (follower_ != nullptr) {
+      wanted.write_speed = [this](const std::string& channel, double value) {
+        follower_->write_channel(channel, value);
+      };
+      // The cycle does not wait for what is on the way either.
+      if (served_.realtime) {
+        wanted.realtime.events = &follower_->events();
+        wanted.scheduler.margin_cycles = 2 * activity::RealtimeSupport::kMargin;
+      }
     }
     if (setup_.run.before_step) wanted.before_activity = [this](const std::string& name) { ask(name); };
     runtime_.emplace(
@@ -120,11 +136,18 @@ class Cell::Impl {
   const Diagnostics& warnings() const { return warnings_; }
 
   void step(const std::string& name) {
-    if (!step_.empty()) run_->note("program", "end", step_);
+    if (!step_.empty()) {
+      run_->note("program", "end", step_);
+      if (follower_ != nullptr) follower_->note("program", "end", step_);
+    }
     step_ = name;
     run_->step_begun(name);
     operator_->step_begun(name);
     run_->note("program", "begin", name);
+    if (follower_ != nullptr) {
+      follower_->step_begun(name);
+      follower_->note("program", "begin", name);
+    }
   }
 
   void print(const std::string& line) {
@@ -150,7 +173,7 @@ class Cell::Impl {
     if (operator_->broken_off().empty()) report.diagnostics.append(unawaited);
     if (realtime_) run_->in_realtime(realtime_->stop());
     report.reactions = runtime_->reactions();
-    return run_->finish(interrupted_, run_again);
+    return follower_ != nullptr ? finish_there() : run_->finish(interrupted_, run_again);
   }
 
   bool broken() const { return broken_; }
@@ -176,6 +199,61 @@ class Cell::Impl {
         interrupted_ = true;
         runtime_->cancel();
     }
+  }
+
+  /// The cell is in another process: which one?
+  void reach() {
+    Diagnostics wrong;
+    const auto refuse_option = [&wrong](const char* name, bool given, const char* hint) {
+      if (given) wrong.error(Code::kConflict, name, "the cell is in another process, which --core names", hint);
+    };
+    refuse_option("--video", !setup_.run.video.empty(),
+                  "Ask the server for pictures, or run the program without --core");
+    refuse_option("--record", !setup_.run.record.empty(), "Let the server record: PUT /v1/recording");
+    refuse_option("--realtime", setup_.run.realtime, "Leave it out: the server decides");
+    refuse_option("--seed", setup_.open.seed.has_value(), "Give it to takt serve");
+    refuse_option("--site", !setup_.open.site.devices.empty(), "Give it to takt serve");
+    if (wrong.has_errors()) throw OpenError(std::move(wrong));
+    auto link = ServerLink::open({.url = setup_.core, .token = setup_.token});
+    if (!link) throw OpenError(std::move(link.error()));
+    link_ = std::move(*link);
+    auto served = Follower::ask(*link_);
+    if (!served) throw OpenError(std::move(served.error()));
+    served_ = std::move(*served);
+    setup_.open.seed = served_.seed;
+  }
+
+  void follow() {
+    Diagnostics wrong;
+    if (const std::string hash = record::content_hash(description_.text); hash != served_.hash)
+      wrong.error(Code::kIncompatible, "--core",
+                  fmt::format("the server has the cell of '{}' ({}), and this is '{}' ({})", served_.file, served_.hash,
+                              description_.file.filename().string(), hash),
+                  "Open the same file, with the same --set, on both sides");
+    if (!description_.operator_script.empty())
+      wrong.error(Code::kUnsupported, "/operator", "nobody carries out what the operator does while --core is used",
+                  "Run the program without --core");
+    if (wrong.has_errors()) refuse_cell(std::move(wrong));
+    auto follower = std::make_unique<Follower>(*link_, built_, served_);
+    follower_ = follower.get();
+    (void)built_.core->add("follower", std::unique_ptr<net::Resource>(std::move(follower)));
+    expectations_.clear();  // the server judges: it has the truth
+    faults_.clear();
+  }
+
+  /// As finish() of a run here; what only the server knows comes from there.
+  cell::RunReport finish_there() {
+    const auto verdict = broken_ ? std::nullopt : follower_->judge();
+    if (!verdict) run_->report().diagnostics.append(follower_->why_not());
+    if (verdict) {
+      auto& own = run_->report().expectations;
+      own.insert(own.end(), verdict->expectations.begin(), verdict->expectations.end());
+    }
+    cell::RunReport report = run_->finish(interrupted_, {});
+    if (!verdict) return report;
+    report.digest = verdict->digest;
+    report.cycles = verdict->cycles;
+    return report;
   }
 
   static device::ModelLibrary library(const CellOptions& options) {
@@ -252,6 +330,10 @@ class Cell::Impl {
 
   /// Until every device is there and every arm has a set point to begin from.
   void power_on() {
+    if (follower_ != nullptr) {
+      if (Diagnostics wrong = follower_->begin(); wrong.has_errors()) throw OpenError(std::move(wrong));
+      return operate();
+    }
     const auto stopped = [this] { return interrupts() > 0 || run_->out_of_time(step_); };
     bool going = realtime_ ? connect_in_realtime(stopped) : run_->connect(stopped);
     const auto lacks = [](const auto& one) { return one.second.device->set_point().q.size() == 0; };
@@ -276,6 +358,12 @@ class Cell::Impl {
 
   /// In real time at least one. @return false: the run cannot go on
   bool one_cycle(const std::string& current) {
+    if (follower_ != nullptr) {
+      follower_->touching(runtime_->touching());
+      const bool going = follower_->next();
+      if (!going) run_->report().diagnostics.append(follower_->why_not());
+      return going && run_->look_on(current);
+    }
     return realtime_ ? realtime_->next() && run_->look_on(current) : run_->step(current);
   }
 
@@ -292,7 +380,9 @@ class Cell::Impl {
     const bool going = one_cycle(current()) && !run_->out_of_time(current());
     broken_ = !going;
     if (!going) throw ActivityError(run_->report().diagnostics);
-    if (realtime_) {
+    if (follower_ != nullptr) {
+      run_->tell_progress(0.0, current());
+    } else if (realtime_) {
       realtime_->beside([this, now = current()] { run_->tell_progress(0.0, now); });
     } else {
       run_->pace(0.0, current());
@@ -334,6 +424,9 @@ class Cell::Impl {
   CellSetup setup_;
   device::ModelLibrary models_;
   CooperatingArms groups_;
+  std::unique_ptr<ServerLink> link_;  ///< null: the cell is in this process. Outlives the core
+  ServedCell served_;
+  Follower* follower_ = nullptr;  ///< owned by the core; null likewise
   cell::Description description_;
   cell::BuiltCell built_;
   std::vector<std::unique_ptr<cell::Expectation>> expectations_;

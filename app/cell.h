@@ -32,6 +32,10 @@ struct CellOptions {
   bool realtime = false;                                      ///< at the wall clock's pace, beside the program
   bool quiet = false;                                         ///< print() says nothing
   CooperatingArms cooperating = {};                           ///< null: all
+  /// URL of takt serve, "http://127.0.0.1:8700": the cell is there, and this process has the program alone
+  /// (docs/remote.md, "A program in another process"). It is built from the same file. Empty: the cell is here.
+  std::string core = {};
+  std::filesystem::path token = {};  ///< file with the token of an operator, for a server with tokens
 };
 
 /// The cell could not be opened: nothing has moved.

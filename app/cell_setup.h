@@ -1,5 +1,8 @@
 #pragma once
 
+#include <filesystem>
+#include <string>
+
 #include "cell/run/session.h"
 
 namespace takt::app {
@@ -8,6 +11,8 @@ namespace takt::app {
 struct CellSetup {
   cell::OpenOptions open;
   cell::RunOptions run;
+  std::string core = {};             ///< URL of a server that has the cell; empty: it is in this process
+  std::filesystem::path token = {};  ///< CellOptions::token
 };
 
 }  // namespace takt::app

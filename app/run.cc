@@ -21,6 +21,7 @@ constexpr int kRefused = 2;
 struct Arguments : RunArguments {
   std::string file;
   std::vector<std::string> models;
+  std::string core, token;
   bool json = false, step = false;
   std::int64_t try_every = 0;  // cycles; 0: the run is not tried
 };
@@ -44,7 +45,7 @@ std::string digest_of_second_run(const std::filesystem::path& file, const CellOp
                                  const cell::OpenOptions& open, const Program& program) {
   CellOptions quiet = options;
   quiet.quiet = true;
-  CellSetup setup{.open = open, .run = {}};
+  CellSetup setup{.open = open, .run = {}, .core = {}, .token = {}};
   setup.run.measure_times = false;
   try {
     Cell cell(file, quiet, std::move(setup));
@@ -62,11 +63,14 @@ Diagnostics check(const Arguments& arguments) {
     diagnostics.error(Code::kConflict, "--step",
                       "simulated time stops while a step waits, so it cannot follow the wall clock",
                       "Use --step or --realtime");
+  if (!arguments.token.empty() && arguments.core.empty())
+    diagnostics.error(Code::kRequires, "--token", "a token is for a server", "Name the server with --core");
   if (arguments.try_every == 0) return diagnostics;
   const std::pair<const char*, bool> others[] = {{"--video", !arguments.video.empty()},
                                                  {"--record", !arguments.record.empty()},
                                                  {"--realtime", arguments.realtime},
-                                                 {"--step", arguments.step}};
+                                                 {"--step", arguments.step},
+                                                 {"--core", !arguments.core.empty()}};
   for (const auto& [name, given] : others)
     if (given)
       diagnostics.error(Code::kConflict, "--try-interruptions", fmt::format("cannot be together with {}", name),
@@ -100,7 +104,7 @@ int run(const Arguments& arguments, const Program& program, const CooperatingArm
   if (diagnostics.has_errors()) return refuse(diagnostics, arguments.json);
   CellOptions cell_options{.quiet = arguments.json, .cooperating = cooperating};
   cell_options.models.assign(arguments.models.begin(), arguments.models.end());
-  CellSetup setup{.open = open, .run = options};
+  CellSetup setup{.open = open, .run = options, .core = arguments.core, .token = arguments.token};
   setup.run.interrupt = &catch_interrupts();
   log_on_stderr(arguments.log, setup.run);
   if (arguments.step) setup.run.before_step = ask_on_terminal;
@@ -141,6 +145,10 @@ int run_command_line(int argc, char** argv, const std::filesystem::path& file, c
   parser.add_option("--models", arguments.models, "Folder of models that is searched first; several times")
       ->type_name("DIR")
       ->allow_extra_args(false);
+  parser.add_option("--core", arguments.core, "The cell is in takt serve at this URL, and the program in this process")
+      ->type_name("URL");
+  parser.add_option("--token", arguments.token, "With --core: file with the token of an operator, mode 0600")
+      ->type_name("FILE");
   parser.add_flag("--json", arguments.json, "The report as JSON on stdout");
   parser.add_flag(
       "--step", arguments.step,

@@ -1,7 +1,7 @@
 // How well a force is brought up and held: `press` on surfaces of three stiffnesses, `force_offset` along a flat one, a
 // slope and a step, a touch that ends a guarded motion. True contact forces from the simulation, three arms. The tables
 // are those of docs/benchmarks.md. Run from the root of the repository:
-//   bench_force [press|slide|touch|all] [lwr4plus|ur5|tx90] [--curves FOLDER]
+//   bench_force [press|slide|crown|touch|all] [lwr4plus|ur5|tx90] [--curves FOLDER]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -46,12 +46,17 @@ struct Surface {
   double stiffness = 1e5;  ///< N/m
   double slope_deg = 0.0;
   double step = 0.0;  ///< m, across the path, 40 mm from where it begins
+  bool pipe = false;  ///< of 150 mm radius, across the path; its crown as high as the block
 };
 
 std::string objects(const Surface& surface) {
   const std::string pose =
       fmt::format(R"("at": {{"in": "world", "position_m": [0.56, 0, 0.8], "rpy_deg": [{}, 0, 0]}})", surface.slope_deg);
   std::string parts = R"({"shape": "box", "size_m": [0.1, 0.3, 0.05]})";
+  if (surface.pipe)
+    parts = R"({"shape": "cylinder", "radius_m": 0.15, "length_m": 0.3, "position_m": [0, 0, -0.125],
+        "rpy_deg": [0, 90, 0]})";
+  if (surface.step < 0.0) parts = R"({"shape": "box", "size_m": [0.1, 0.15, 0.05], "position_m": [0, -0.075, 0]})";
   if (surface.step != 0.0)
     parts +=
         fmt::format(R"(, {{"shape": "box", "size_m": [0.1, 0.1, 0.05], "position_m": [0, 0.05, {}]}})", surface.step);
@@ -189,6 +194,37 @@ void slide(const Arm& arm, const char* name, const Surface& surface, double want
   write_curve(fmt::format("slide-{}-{}-{}-{}", label(arm), name, wanted, speed), force);
 }
 
+/// Over the crown of a pipe, 50 mm on both sides, after a press or as it meets the pipe on its way.
+void crown(const Arm& arm, double stiffness, double wanted, double speed, bool pressed) {
+  const double length = 0.1;
+  const std::string press = fmt::format(
+      R"({{"do": "press", "direction": [0, 0, -1], "in": "world", "force_N": {}, "approach_m_s": 0.005,
+          "travel_m": 0.1, "seconds": 0.5}}, )",
+      wanted);
+  const std::string steps = fmt::format(
+      R"({}{{"do": "lin", "name": "slide", "to": {{"by_m": [0, {}, 0]}}, "velocity_m_s": {}, "acceleration": 0.3,
+          "force_offset": {{"force_N": {}, "reach_m": 0.03, "retreat_m": 0.03, "velocity_max_m_s": 0.04}}}})",
+      pressed ? press : R"({"do": "lin", "to": {"by_m": [0, 0, -0.007]}, "velocity_m_s": 0.02}, {"do": "tare"}, )",
+      length, speed, wanted);
+  const Trace trace = run(scenario_of(arm, {.stiffness = stiffness, .pipe = true}, -0.05, steps));
+  const std::span<const double> all(trace.force);
+  const auto cycles = static_cast<std::size_t>(length / speed / kPeriod);
+  const std::span<const double> slide =
+      pressed ? all.last(std::min(cycles, all.size())) : all.subspan(first_contact(all));
+  constexpr std::size_t kStart = 300;  // cycles: it learns
+  const std::span<const double> later = slide.subspan(std::min(kStart, slide.size()));
+  const Spread held = spread(slide), rest = spread(later);
+  const auto lost = [](std::span<const double> force) {
+    return static_cast<long>(std::ranges::count_if(force, [](double f) { return f <= 0.0; }));
+  };
+  std::printf("| %s | %.0e | %s | %g | %g | %+.1f %% | %.1f %% | %+.1f %% | %.1f %% | %.1f | %ld | %ld | %s\n",
+              label(arm).c_str(), stiffness, pressed ? "pressed" : "on the way", wanted, 1e3 * speed,
+              100.0 * (held.mean / wanted - 1.0), 100.0 * held.deviation / wanted, 100.0 * (rest.mean / wanted - 1.0),
+              100.0 * rest.deviation / wanted, largest(slide), lost(slide), lost(later), trace.failure.c_str());
+  std::fflush(stdout);
+  write_curve(fmt::format("crown-{}-{:.0e}-{}-{}-{}", label(arm), stiffness, wanted, speed, pressed), slide);
+}
+
 void touch(const Arm& arm, double stiffness) {
   const std::string step =
       R"({"do": "lin", "to": {"by_m": [0, 0, -0.025]}, "velocity_m_s": 0.005,
@@ -209,7 +245,7 @@ int main(int argc, char** argv) {
     const std::string word = argv[i];
     if (word == "--curves" && i + 1 < argc)
       curves = argv[++i];
-    else if (word == "press" || word == "slide" || word == "touch" || word == "all")
+    else if (word == "press" || word == "slide" || word == "crown" || word == "touch" || word == "all")
       what = word;
     else
       only = word;
@@ -231,13 +267,25 @@ int main(int argc, char** argv) {
         "| arm | surface | N | mm/s | mean | sd | mean after 0.5 s | sd | most, N | lost "
         "|\n|---|---|---|---|---|---|---|---|---|---|\n");
     const auto all_slides = [](const Arm& arm) {
-      for (const auto& [name, surface] :
-           {std::pair<const char*, Surface>{"flat", {}}, {"slope", {.slope_deg = 10.0}}, {"step", {.step = 0.001}}})
+      for (const auto& [name, surface] : {std::pair<const char*, Surface>{"flat", {}},
+                                          {"slope", {.slope_deg = 10.0}},
+                                          {"step", {.step = 0.001}},
+                                          {"step down", {.step = -0.001}}})
         for (const double wanted : {8.0, 20.0})
           for (const double speed : {0.005, 0.02, 0.05}) slide(arm, name, surface, wanted, speed);
     };
     each_arm(all_slides);
     if (only.empty() || only == kOnSprings.name) all_slides(kOnSprings);
+  }
+  if (what == "all" || what == "crown") {
+    std::printf(
+        "| arm | N/m | touched | N | mm/s | mean | sd | mean after 0.3 s | sd | most, N | lost | lost after 0.3 s "
+        "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+    each_arm([](const Arm& arm) {
+      for (const double stiffness : {1e5, 6e5})
+        for (const bool pressed : {true, false})
+          for (const double speed : {0.01, 0.02, 0.05}) crown(arm, stiffness, 10.0, speed, pressed);
+    });
   }
   if (what == "all" || what == "touch") {
     std::printf("| arm | N/m | peak, N | at rest, N |\n|---|---|---|---|\n");

@@ -7,9 +7,9 @@ include(CMakePackageConfigHelpers)
 # libraries go in whole; a linker drops what the program itself does not use otherwise.
 set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinematics takt_core_motion takt_core_world takt_core_collision
     takt_core_planning takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_expression takt_core_command takt_core_command_actions
-    takt_core_activity takt_core_operations takt_app_interfaces takt_core_program_language takt_core_program_tree takt_record)
+    takt_core_activity takt_core_operations takt_app_interfaces takt_core_program_language takt_core_program_tree takt_languages_scxml takt_languages takt_record)
 if(TAKT_SIM)
-  list(APPEND TAKT_HOSTED takt_sim takt_cell takt_app)
+  list(APPEND TAKT_HOSTED takt_sim takt_cell takt_app_remote takt_app)
 endif()
 function(takt_hosts_plugins target)
   takt_link_whole(${target} ${TAKT_HOSTED})
@@ -28,7 +28,7 @@ target_include_directories(takt_plugin INTERFACE $<INSTALL_INTERFACE:${CMAKE_INS
   $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<BUILD_INTERFACE:${CMAKE_BINARY_DIR}/generated>)
 
 # Programs and libraries.
-set(exported ${TAKT_HOSTED} takt_record_messages ruckig)
+set(exported ${TAKT_HOSTED} takt_record_messages takt_duktape ruckig)
 foreach(target ${exported})
   string(REGEX REPLACE "^takt_" "" name ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
@@ -38,7 +38,7 @@ install(TARGETS ${exported} takt_plugin EXPORT taktTargets ARCHIVE DESTINATION $
 install(EXPORT taktTargets NAMESPACE takt:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/takt)
 
 # Headers, by their paths in the tree.
-set(folders core record)
+set(folders core languages record)
 if(TAKT_SIM)
   list(APPEND folders sim cell app)
 endif()
@@ -56,6 +56,9 @@ install(DIRECTORY models DESTINATION ${data} PATTERN "CMakeLists.txt" EXCLUDE PA
   PATTERN "made" EXCLUDE)
 install(DIRECTORY scenarios schemas DESTINATION ${data})
 install(FILES LICENSE README.md DESTINATION ${data})
+if(TAKT_SIM)  # the page, if it was built; its licences are in it
+  install(DIRECTORY panel/dist DESTINATION ${data}/panel OPTIONAL)
+endif()
 
 if(TAKT_SIM)
   set_target_properties(takt PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/takt")
@@ -78,7 +81,7 @@ if(TAKT_SIM)
   install(FILES ${TAKT_COACD_ROOT}/coacd-1.0.14.dist-info/LICENSE DESTINATION ${licences}/coacd)
   install(FILES ${TAKT_XACRO_ROOT}/xacro-2.1.1.dist-info/licenses/LICENSE DESTINATION ${licences}/xacro)
   set(compiled_in)
-  foreach(header eigen3/Eigen/Core nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp)
+  foreach(header eigen3/Eigen/Core nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp duktape.h)
     find_file(found_header ${header} NO_CACHE)
     list(APPEND compiled_in ${found_header})
     unset(found_header)

@@ -28,6 +28,7 @@ CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion"
 ROOMS = {
     "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "basic"],
     "sim": ["model", "contact", "machines", "world", "film"],
+    "languages": ["xml", "script", "scxml", "program"],
     "cell": ["file", "build", "faults", "judge", "run", "replay"],
 }
 # What still looks upwards. This list only gets shorter.
@@ -61,15 +62,18 @@ MAY_INCLUDE = {
     "core/operations": up_to("core/operations"),
     "core/program/language": up_to("core/operations"),
     "core/program/tree": up_to("core/program/tree"),
+    "languages": CORE,
     "record": ["core/base"],
     "sim": CORE,
     "hw": CORE + ["core/emulation"],
-    "cell": CORE + ["core/emulation", "sim", "record"],
+    "cell": CORE + ["core/emulation", "languages", "sim", "record"],
     "app/interfaces": up_to("core/program/language"),
-    "app": CORE + ["core/emulation", "sim", "record", "cell", "app/interfaces"],
+    "app/remote": CORE + ["core/emulation", "sim", "record", "cell"],
+    "app": CORE + ["core/emulation", "sim", "record", "cell", "app/interfaces", "app/remote"],
     "serve": CORE + ["core/emulation", "sim", "record", "cell"],
+    "python": CORE + ["core/emulation", "sim", "record", "cell", "app", "app/interfaces"],
     "tools/import": CORE,
-    "tools": CORE + ["core/emulation", "hw", "sim", "record", "cell", "app", "app/interfaces", "serve", "tools/import"],
+    "tools": CORE + ["core/emulation", "languages", "hw", "sim", "record", "cell", "app", "app/interfaces", "serve", "tools/import"],
 }
 # GCC 12 destroys such a lambda twice.
 AWAITED_LAMBDA = re.compile(r"co_await\b[^;{}]*\[[&=\w][^\]]*\]\s*(\(|\{|mutable)")

@@ -29,6 +29,10 @@ inline constexpr std::string_view kContactTopic = "/contacts";
 /// where there are fewer. For people as well.
 inline constexpr std::string_view kContactForceTopic = "/contact_forces";
 inline constexpr std::size_t kMostContactForces = 8;
+/// Topic of the greatest contact forces between objects, and of objects on the floor, in columns "1.first", "1.second"
+/// (names of the bodies), "1.point.x" ... "8.force.z", m and N in world, what the first exerts on the second; null
+/// where there are fewer. A row where they change. For people as well.
+inline constexpr std::string_view kObjectForceTopic = "/object_forces";
 /// Topic of what became of the expectations, at the end of the run.
 inline constexpr std::string_view kExpectationTopic = "/expectations";
 /// End of the topics of what was commanded, call by call.

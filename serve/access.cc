@@ -1,7 +1,7 @@
 #include "serve/access.h"
 
 #include <algorithm>
-#include <cctype>
+#include <charconv>
 #include <random>
 #include <sstream>
 
@@ -69,6 +69,57 @@ Result<std::vector<Token>> read_tokens(const std::filesystem::path& file) {
   return tokens;
 }
 
+namespace {
+
+bool is_host(std::string_view text) {
+  if (text.starts_with('[') && text.ends_with(']') && text.size() > 2)
+    return text.find_first_not_of("0123456789abcdef:.", 1) == text.size() - 1;
+  return !text.empty() && text.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyz-_.") == std::string_view::npos &&
+         !text.starts_with('.') && !text.starts_with('-');
+}
+
+bool is_port(std::string_view text) {
+  int port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return error == std::errc() && end == text.data() + text.size() && port > 0 && port < 65536 && text.front() != '0';
+}
+
+}  // namespace
+
+Diagnostics check_origin(const std::string& place, const std::string& origin) {
+  Diagnostics wrong;
+  const auto refuse = [&](std::string_view what) {
+    wrong.error(Code::kInvalidValue, place, fmt::format("'{}' is no origin: {}", origin, what),
+                "Give scheme, host and, if it is not the usual one, port in lower case: https://panel.example:8443");
+  };
+  std::string_view rest = origin;
+  if (rest.starts_with("https://")) {
+    rest.remove_prefix(8);
+  } else if (rest.starts_with("http://")) {
+    rest.remove_prefix(7);
+  } else {
+    refuse("it begins with neither http:// nor https://");
+    return wrong;
+  }
+  if (rest.find_first_of("/?#@") != std::string_view::npos) {
+    refuse("an origin has no path, no query and no user");
+    return wrong;
+  }
+  const std::size_t bracket = rest.rfind(']');
+  const std::size_t colon = rest.find(':', rest.starts_with('[') && bracket != std::string_view::npos ? bracket : 0);
+  if (!is_host(rest.substr(0, colon))) refuse("its host is none, or is not in lower case");
+  if (colon != std::string_view::npos && !is_port(rest.substr(colon + 1))) refuse("its port is none of 1 to 65535");
+  return wrong;
+}
+
+Diagnostics check_host_name(const std::string& place, const std::string& name) {
+  Diagnostics wrong;
+  if (!is_host(name))
+    wrong.error(Code::kInvalidValue, place, fmt::format("'{}' is no name of a machine", name),
+                "Give a name without scheme and port, in lower case: robot.example");
+  return wrong;
+}
+
 bool equal_in_constant_time(std::string_view one, std::string_view other) {
   // The length of a token is no secret; its letters are.
   unsigned differ = one.size() == other.size() ? 0 : 1;
@@ -92,10 +143,15 @@ bool Access::too_fast(const std::string& address) {
   return false;
 }
 
-std::string Tickets::give(const Client& client) {
+std::string random_secret() {
   std::random_device device;
-  std::string ticket;
-  for (int i = 0; i < 4; ++i) ticket += fmt::format("{:08x}", device());
+  std::string secret;
+  for (int i = 0; i < 4; ++i) secret += fmt::format("{:08x}", device());
+  return secret;
+}
+
+std::string Tickets::give(const Client& client) {
+  const std::string ticket = random_secret();
   if (given_.size() >= kMost) given_.erase(given_.begin());
   given_.push_back({.ticket = ticket, .client = client, .until = Clock::now() + kLife});
   return ticket;
@@ -122,8 +178,7 @@ std::optional<Client> Access::client_of(const HttpRequest& request) const {
   return client;
 }
 
-std::optional<Client> Access::admit(const HttpRequest& request, bool always, std::string_view ticket,
-                                    Refusal& refusal) {
+bool Access::is_meant_for_us(const HttpRequest& request, Refusal& refusal) const {
   const std::string host = request.header("host");
   const std::string origin = request.header("origin");
   const auto allowed = [this](const std::string& one) {
@@ -131,13 +186,26 @@ std::optional<Client> Access::admit(const HttpRequest& request, bool always, std
   };
   if (!allowed(host)) {
     refusal = {421, fmt::format("this server is not '{}'", host)};
-    return {};
+    return false;
   }
   const bool ours = origin == "http://" + host || origin == "https://" + host;
   if (!origin.empty() && !ours && std::ranges::find(options_.origins, origin) == options_.origins.end()) {
     refusal = {403, fmt::format("pages of '{}' may not use this server", origin)};
-    return {};
+    return false;
   }
+  return true;
+}
+
+bool Access::may_look_at_page(const HttpRequest& request, Refusal& refusal) {
+  if (!is_meant_for_us(request, refusal)) return false;
+  if (!too_fast(request.peer)) return true;
+  refusal = {429, fmt::format("more than {:g} requests a second", options_.requests_per_second)};
+  return false;
+}
+
+std::optional<Client> Access::admit(const HttpRequest& request, bool always, std::string_view ticket,
+                                    Refusal& refusal) {
+  if (!is_meant_for_us(request, refusal)) return {};
   std::optional<Client> client = ticket.empty() ? client_of(request) : tickets_.take(ticket);
   if (!client && !ticket.empty()) {
     refusal = {401, "this ticket was used, or is too old: get another one with POST /v1/tickets"};

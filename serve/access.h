@@ -28,6 +28,12 @@ struct Token {
 /// that is wrong. Realtime: setup.
 [[nodiscard]] Result<std::vector<Token>> read_tokens(const std::filesystem::path& file);
 
+/// Why a page cannot have this origin: scheme://host, with a port where it is not the usual one, and nothing behind it.
+/// Pointers are `place`. Realtime: setup.
+[[nodiscard]] Diagnostics check_origin(const std::string& place, const std::string& origin);
+/// Why a machine cannot have this name, without scheme and port.
+[[nodiscard]] Diagnostics check_host_name(const std::string& place, const std::string& name);
+
 /// True if both are equal; takes the same time wherever they differ.
 [[nodiscard]] bool equal_in_constant_time(std::string_view one, std::string_view other);
 
@@ -37,6 +43,9 @@ struct Client {
   std::string name;
 };
 
+/// 32 hexadecimal digits that nobody can guess.
+[[nodiscard]] std::string random_secret();
+
 /// Stands for a token once: a browser cannot send headers with a WebSocket, and an address with a token in it would lie
 /// in logs. One thread.
 class Tickets {
@@ -44,7 +53,7 @@ class Tickets {
   static constexpr std::chrono::seconds kLife{30};
   static constexpr std::size_t kMost = 256;  ///< not used yet; the oldest one goes
 
-  /// 32 hexadecimal digits that nobody can guess.
+  /// A random_secret().
   [[nodiscard]] std::string give(const Client& client);
   /// @return whom it was given to; nothing: nobody, or it was used, or too long ago
   [[nodiscard]] std::optional<Client> take(std::string_view ticket);
@@ -82,6 +91,8 @@ class Access {
   /// @return the client, or nothing and `refusal`
   [[nodiscard]] std::optional<Client> admit(const HttpRequest& request, bool always, std::string_view ticket,
                                             Refusal& refusal);
+  /// The same for what is no secret: Host, Origin and rate count, no token is asked for.
+  [[nodiscard]] bool may_look_at_page(const HttpRequest& request, Refusal& refusal);
   [[nodiscard]] bool needs_token() const { return !options_.tokens.empty(); }
   [[nodiscard]] Tickets& tickets() { return tickets_; }
   /// Counts a request, or a message, of this address. @return true: there are too many a second
@@ -94,6 +105,7 @@ class Access {
     double left = 0.0;
     Clock::time_point filled;
   };
+  [[nodiscard]] bool is_meant_for_us(const HttpRequest& request, Refusal& refusal) const;
   [[nodiscard]] std::optional<Client> client_of(const HttpRequest& request) const;
 
   Options options_;

@@ -33,14 +33,16 @@ rcc::NetId net_in(const Call& call) {
   return error == std::errc() && end == text.data() + text.size() ? net : 0;
 }
 
-Api::Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log,
+Api::Api(ServedCell& cell, Access access, PanelFiles page, std::function<void(const std::string& line)> log,
          std::function<void(std::function<void()> work)> post)
     : cell_(cell),
       access_(std::move(access)),
+      page_(std::move(page)),
       log_(std::move(log)),
       streams_(cell, access_, log_, std::move(post),
                [this](std::function<void()> job) { return work_elsewhere(std::move(job)); }),
-      pictures_(cell) {
+      pictures_(cell),
+      scene_(make_scene()) {
   routes_.push_back({.method = "GET",
                      .path = "/v1/openapi.json",
                      .id = "openapi",
@@ -56,12 +58,15 @@ Api::Api(HostedCell& cell, Access access, std::function<void(const std::string& 
   add_watch_routes();
   add_stream_routes();
   add_scene_routes();
+  add_lease_routes();
+  add_recording_routes();
+  add_program_routes();
   worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
 
 Api::~Api() {
   worker_.request_stop();
-  for (const auto& [id, watch] : watches_) cell_.core().unwatch(watch);
+  for (const auto& [id, one] : watches_) cell_.core().unwatch(one.watch);
 }
 
 void Api::work(const std::stop_token& stop) {
@@ -92,7 +97,7 @@ std::optional<HttpResponse> Api::check_need(const Route& route, Call& call) {
   if (cell_.lease().renew(call.fence)) return {};
   Diagnostics why;
   why.error(Code::kNotPossibleNow, "Takt-Fence",
-            fmt::format("{} is not, or no longer, the fence of the holder", call.fence),
+            fmt::format("{} is not, or no longer, the fence of a holder", call.fence),
             "Take the lease with POST /v1/lease");
   return problem(409, "the lease is not yours", why);
 }
@@ -102,6 +107,11 @@ void Api::handle(const HttpRequest& request, const Respond& respond) {
   const bool always = found.route != nullptr && found.route->need == Need::kStop;
   if (request.crowded && !always) return respond(problem(503, "there are too many connections"));
   Refusal refusal;
+  // The page itself is for everybody: with it a browser learns nothing of the cell, and its script asks for the token.
+  if (auto file = page_.answer(request)) {
+    if (!access_.may_look_at_page(request, refusal)) return respond(problem(refusal.status, refusal.detail));
+    return respond(std::move(*file));
+  }
   auto client = access_.admit(request, always, {}, refusal);
   if (!client) return respond(problem(refusal.status, refusal.detail));
   if (found.allowed.empty()) return respond(problem(404, fmt::format("there is no '{}'", request.target)));

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -16,9 +17,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/rcc/watch.h"
-#include "serve/hosted_cell.h"
+#include "serve/panel_files.h"
 #include "serve/picture_maker.h"
 #include "serve/routes.h"
+#include "serve/served_cell.h"
 #include "serve/streams.h"
 
 namespace takt::serve {
@@ -27,9 +29,10 @@ namespace takt::serve {
 /// long there (reading a net) goes to a thread of its own, so that STOP never waits for it.
 class Api {
  public:
+  /// @param page  what "/" hands out
   /// @param log  a line about who took, lost or stopped what
   /// @param post  has something done on the thread of the server
-  Api(HostedCell& cell, Access access, std::function<void(const std::string& line)> log,
+  Api(ServedCell& cell, Access access, PanelFiles page, std::function<void(const std::string& line)> log,
       std::function<void(std::function<void()> work)> post);
   ~Api();
   Api(const Api&) = delete;
@@ -41,7 +44,10 @@ class Api {
 
   static constexpr std::int64_t kMostCycles = 100'000;  ///< of one order in lock-step
   static constexpr std::size_t kMostWatches = 64, kKeys = 1024;
-  static constexpr std::size_t kStreamsOfOne = 32;  ///< streams of one client
+  static constexpr std::size_t kWatchesOfOne = 32;    ///< watches of one client
+  static constexpr std::size_t kRulesOfOne = 64;      ///< rules of one client that wait
+  static constexpr std::size_t kRequestsOfOne = 256;  ///< requests of one client to one cycle
+  static constexpr std::size_t kStreamsOfOne = 32;    ///< streams of one client
 
  private:
   void add_net_routes();
@@ -51,6 +57,9 @@ class Api {
   void add_watch_routes();
   void add_stream_routes();
   void add_scene_routes();
+  void add_lease_routes();
+  void add_recording_routes();
+  void add_program_routes();
 
   // api.cc
   void dispatch(const Route& route, Call& call, const Respond& respond);
@@ -65,11 +74,14 @@ class Api {
   [[nodiscard]] HttpResponse list_nets() const;
   [[nodiscard]] HttpResponse net_state(const Call& call) const;
   [[nodiscard]] HttpResponse net_report(const Call& call) const;
+  [[nodiscard]] HttpResponse net_graph(const Call& call) const;
   [[nodiscard]] HttpResponse unload(const Call& call);
   [[nodiscard]] HttpResponse command(const Call& call, const std::string& what);
   [[nodiscard]] HttpResponse post_rule(const Call& call);
   [[nodiscard]] HttpResponse schedule(const Call& call);
   [[nodiscard]] HttpResponse posted(rcc::RequestId request) const;
+  [[nodiscard]] std::optional<HttpResponse> check_quota(const Call& call, bool waits);
+  void note_posted(const Call& call, rcc::RequestId request, bool waits);
 
   // api_cell.cc
   [[nodiscard]] HttpResponse state() const;
@@ -77,10 +89,17 @@ class Api {
   [[nodiscard]] HttpResponse device(const Call& call) const;
   [[nodiscard]] HttpResponse events(const Call& call) const;
   void steps(const Call& call, const Respond& respond);
+  [[nodiscard]] HttpResponse stop(const Call& call);
+
+  // api_lease.cc
+  [[nodiscard]] HttpResponse leases() const;
   [[nodiscard]] HttpResponse take_lease(const Call& call);
   [[nodiscard]] HttpResponse renew_lease(const Call& call);
   [[nodiscard]] HttpResponse release_lease(const Call& call);
-  [[nodiscard]] HttpResponse stop(const Call& call);
+
+  // api_recording.cc
+  void set_recording(const Call& call, const Respond& respond);
+  void save_recording(const Call& call, const Respond& respond);
 
   // api_channels.cc
   [[nodiscard]] HttpResponse channels() const;
@@ -91,7 +110,7 @@ class Api {
   [[nodiscard]] HttpResponse drop_watch(const Call& call);
 
   // api_streams.cc
-  [[nodiscard]] HttpResponse scene() const;
+  [[nodiscard]] HttpResponse make_scene() const;
   [[nodiscard]] HttpResponse mesh(const Call& call) const;
   void picture(const Call& call, const Respond& respond);
 
@@ -101,12 +120,24 @@ class Api {
     std::optional<HttpResponse> response;
   };
 
-  HostedCell& cell_;
+  ServedCell& cell_;
   Access access_;
+  const PanelFiles page_;
   std::function<void(const std::string& line)> log_;
   std::vector<Route> routes_;
-  std::string holder_name_;
-  std::map<std::int64_t, std::shared_ptr<rcc::Watch>> watches_;
+  struct OwnWatch {
+    std::shared_ptr<rcc::Watch> watch;
+    std::string client;
+  };
+  std::map<std::int64_t, OwnWatch> watches_;
+  /// What a client has asked of the core.
+  struct Asked {
+    std::int64_t cycle = -1;                ///< that its requests go to
+    std::size_t in_cycle = 0;               ///< of them
+    std::set<rcc::RequestId> waiting = {};  ///< rules without an answer
+  };
+  std::map<std::string, Asked> asked_;
+  std::int64_t answers_seen_ = 1;  ///< number of the next event that may answer a rule
   std::int64_t last_watch_ = 0;
 
   mutable std::mutex mutex_;  ///< names_, kept_, jobs_
@@ -117,6 +148,7 @@ class Api {
   std::condition_variable_any wake_;
   Streams streams_;
   PictureMaker pictures_;
+  HttpResponse scene_;   ///< as the cell was before it ran: a program changes its frames
   std::jthread worker_;  ///< last: it uses what is above
 };
 

@@ -1,8 +1,14 @@
-// The cell as a whole: state, devices, events, time, lease, STOP.
+// The cell as a whole: state, devices, events, time, STOP.
+#include <algorithm>
+#include <array>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/site_devices.h"
 #include "core/base/object_reader.h"
+#include "core/base/version.h"
+#include "record/recorder.h"
 #include "serve/api.h"
 #include "serve/cell_json.h"
 
@@ -12,9 +18,6 @@ namespace {
 using CellJson = nlohmann::ordered_json;
 
 constexpr std::int64_t kMostEvents = 4096;
-constexpr std::int64_t kMostSilence = 600'000;  // ten minutes at 1 kHz
-
-const std::vector<Field> kLeaseAnswer = {{"fence", "integer", "for the header Takt-Fence; 0: nobody holds the lease"}};
 
 CellJson joints_json(const device::JointVector& joints) {
   CellJson list = CellJson::array();
@@ -44,6 +47,34 @@ CellJson data_sheet(const device::ArmDescription& arm) {
           {"home", joints_json(arm.home)}};
 }
 
+/// The most serious of all devices: what moves counts before what is emulated, and that before what is simulated.
+const char* reality_of(const std::map<std::string, device::BackendMode>& realities) {
+  static constexpr std::array kNames = {"SIM", "EMULATED", "HARDWARE"};
+  auto most = device::BackendMode::kSimulated;
+  for (const auto& [name, reality] : realities) most = std::max(most, reality);
+  return kNames.at(static_cast<std::size_t>(most));
+}
+
+/// What stands in the way now: cause, since when, and what to do.
+CellJson faults_json(const CellView& view, const cell::BuiltCell& built, Nanoseconds period) {
+  CellJson faults = CellJson::array();
+  const auto add = [&](const std::string& device, std::int64_t cycle, const std::string& cause, const char* hint) {
+    faults.push_back({{"device", device},
+                      {"cycle", cycle},
+                      {"time_s", to_seconds(period) * static_cast<double>(cycle)},
+                      {"cause", cause},
+                      {"hint", hint}});
+  };
+  if (view.emergency_stop)
+    add(built.emergency_stop->name(), view.emergency_cycle, "the emergency stop is pressed",
+        "Release it, then reset it");
+  for (const ArmView& arm : view.arms)
+    if (arm.fault != 0)
+      add(arm.name, arm.fault_cycle, built.cell.arms.at(arm.name).device->fault_text(arm.fault),
+          "Remove the cause, then reset the arm");
+  return faults;
+}
+
 template <class Map>
 void add_names(const Map& devices, const char* kind, CellJson& list) {
   for (const auto& [name, device] : devices) list.push_back({{"name", name}, {"kind", kind}});
@@ -63,8 +94,31 @@ void Api::add_cell_routes() {
                     .answer = state_answer,
                     .handle = [this](const Call&, const Respond& respond) { respond(state()); }};
   state_route.answer.push_back({"realtime", "boolean", "the wall clock's pace; else POST /v1/steps"});
-  state_route.answer.push_back({"holder", "integer", "fence of the lease; 0: nobody holds it"});
+  state_route.answer.push_back({"holder", "integer", "fence of the newest lease; 0: nobody holds one"});
+  state_route.answer.push_back({"holder_name", "string", "who holds that; empty: nobody"});
+  state_route.answer.push_back({"title", "string", "of the file"});
+  state_route.answer.push_back({"reality", "string", "SIM, EMULATED or HARDWARE: the most serious of all devices"});
+  state_route.answer.push_back({"program", "boolean", "a program commands the cell (/v1/program), no client does"});
+  state_route.answer.push_back({"health", "object", "overruns: cycles that began late; worst_cycle_s: the longest, s"});
+  state_route.answer.push_back({"faults", "array", "device, cycle, time_s, cause, hint of what stands in the way now"});
   routes_.push_back(std::move(state_route));
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/cell",
+                     .id = "cell",
+                     .summary = "From which file the cell is built: a program in another process builds the same.",
+                     .answer = {{"file", "string", "its name"},
+                                {"hash", "string", "of its text, with what was changed on the command line"},
+                                {"seed", "integer", "that it was built with"},
+                                {"realtime", "boolean", "the wall clock's pace"},
+                                {"version", "string", "of takt"}},
+                     .handle = [this](const Call&, const Respond& respond) {
+                       const cell::Description& cell = cell_.description();
+                       respond(json_answer(200, {{"file", cell.file.filename().string()},
+                                                 {"hash", record::content_hash(cell.text)},
+                                                 {"seed", cell.seed},
+                                                 {"realtime", cell_.realtime()},
+                                                 {"version", TAKT_VERSION}}));
+                     }});
   routes_.push_back({.method = "GET",
                      .path = "/v1/devices",
                      .id = "devices",
@@ -100,32 +154,6 @@ void Api::add_cell_routes() {
                      .body = {{"cycles", "integer", "how many", true, 1, kMostCycles}},
                      .answer = state_answer,
                      .handle = [this](const Call& call, const Respond& respond) { steps(call, respond); }});
-  routes_.push_back(
-      {.method = "POST",
-       .path = "/v1/lease",
-       .id = "take_lease",
-       .summary = "Makes this client the holder; what a former one had running comes to rest on its path.",
-       .need = Need::kOperator,
-       .status = 201,
-       .body = {{"cycles", "integer", "of silence, after which everything of this client comes to rest; real time only",
-                 false, 1, kMostSilence},
-                {"take_over", "boolean", "also if somebody else holds it (default false)", false}},
-       .answer = kLeaseAnswer,
-       .handle = [this](const Call& call, const Respond& respond) { respond(take_lease(call)); }});
-  routes_.push_back({.method = "PUT",
-                     .path = "/v1/lease",
-                     .id = "renew_lease",
-                     .summary = "A sign of life of the holder; every command is one too.",
-                     .need = Need::kHolder,
-                     .answer = kLeaseAnswer,
-                     .handle = [this](const Call& call, const Respond& respond) { respond(renew_lease(call)); }});
-  routes_.push_back({.method = "DELETE",
-                     .path = "/v1/lease",
-                     .id = "release_lease",
-                     .summary = "The holder lets go; what it has running comes to rest on its path.",
-                     .need = Need::kHolder,
-                     .answer = kLeaseAnswer,
-                     .handle = [this](const Call& call, const Respond& respond) { respond(release_lease(call)); }});
   routes_.push_back({.method = "POST",
                      .path = "/v1/stop",
                      .id = "stop",
@@ -136,10 +164,17 @@ void Api::add_cell_routes() {
 }
 
 HttpResponse Api::state() const {
-  CellJson json = to_json(cell_.view());
+  const CellView view = cell_.view();
+  CellJson json = to_json(view);
+  const std::vector<Holders::Holding> holders = cell_.holders().list();
   json["realtime"] = cell_.realtime();
-  json["holder"] = cell_.lease().holder();
+  json["holder"] = holders.empty() ? 0 : holders.back().fence;
+  json["holder_name"] = holders.empty() ? "" : holders.back().client;
   json["title"] = cell_.description().title;
+  json["reality"] = reality_of(cell_.built().site->realities());
+  json["program"] = cell_.program() != nullptr;
+  json["health"] = {{"overruns", view.overruns}, {"worst_cycle_s", to_seconds(view.worst_cycle)}};
+  json["faults"] = faults_json(view, cell_.built(), cell_.period());
   return json_answer(200, json);
 }
 
@@ -199,45 +234,8 @@ void Api::steps(const Call& call, const Respond& respond) {
   if (!taken) respond(problem(429, "too many orders wait: ask again"));
 }
 
-HttpResponse Api::take_lease(const Call& call) {
-  const auto json = read_body(*call.request);
-  if (!json) return json.error();
-  Diagnostics diagnostics;
-  ObjectReader reader(*json, "", diagnostics);
-  constexpr std::int64_t kSilence = 200;
-  const std::int64_t cycles = reader.integer("cycles", kSilence, Range{.low = 1, .high = double(kMostSilence)});
-  const bool take_over = reader.boolean("take_over", false);
-  reader.finish();
-  if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
-  if (cell_.lease().holder() != 0 && !take_over) {
-    diagnostics.error(Code::kConflict, "/take_over", fmt::format("'{}' holds the lease", holder_name_),
-                      "Wait, or send take_over: true");
-    return problem(409, "somebody else holds the lease", diagnostics);
-  }
-  const std::uint32_t fence = cell_.lease().grant(cell_.realtime() ? cycles : 0);
-  log_(fmt::format("'{}' has the lease, fence {}{}", call.client.name, fence,
-                   take_over && !holder_name_.empty() ? fmt::format("; before: '{}'", holder_name_) : ""));
-  holder_name_ = call.client.name;
-  return json_answer(201, {{"fence", fence}});
-}
-
-HttpResponse Api::renew_lease(const Call& call) {
-  const auto json = read_body(*call.request);
-  if (!json) return json.error();
-  Diagnostics diagnostics;
-  ObjectReader(*json, "", diagnostics).finish();
-  if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
-  return json_answer(200, {{"fence", call.fence}});
-}
-
-HttpResponse Api::release_lease(const Call& call) {
-  if (!cell_.lease().release(call.fence)) return problem(409, "the lease is not yours");
-  log_(fmt::format("'{}' has let go of the lease", call.client.name));
-  return json_answer(200, {{"fence", 0}});
-}
-
 HttpResponse Api::stop(const Call& call) {
-  cell_.core().stop_all(net::Cause::Code::kAborted, fmt::format("STOP by '{}'", call.client.name));
+  cell_.stop_all(call.client.name);
   log_(fmt::format("STOP by '{}'", call.client.name));
   return json_answer(200, {{"stopped", true}});
 }

@@ -1,4 +1,5 @@
 // Values that go in (channels) and out (watches).
+#include <algorithm>
 #include <charconv>
 
 #include <fmt/format.h>
@@ -6,7 +7,6 @@
 
 #include "core/base/keys_of.h"
 #include "core/base/object_reader.h"
-#include "core/net/value_json.h"
 #include "serve/api.h"
 #include "serve/cell_json.h"
 
@@ -19,39 +19,6 @@ constexpr std::int64_t kMostEvery = 100'000, kMostKept = 100'000, kMostTaken = 4
 
 const std::vector<Field> kWatchAnswer = {{"watch", "integer", "its number"},
                                          {"every", "integer", "cycles between two values"}};
-
-/// A value of the type that has this index. @return nothing for null
-Diagnostics read_value(const ValueJson& json, net::ValueType type, std::optional<device::ChannelValue>& value) {
-  if (json.is_null()) return {};
-  const auto read = [&]<class T>(T one) {
-    Diagnostics wrong = net::value_from_json(json, one);
-    value = device::ChannelValue(one);
-    return wrong;
-  };
-  switch (type) {
-    case net::ValueType::kBoolean:
-      return read(net::Boolean{});
-    case net::ValueType::kInteger:
-      return read(net::Integer{});
-    case net::ValueType::kReal:
-      return read(net::Real{});
-    case net::ValueType::kString:
-      return read(net::Text{});
-    case net::ValueType::kVector:
-      return read(net::Vector{});
-    case net::ValueType::kRotation:
-      return read(net::Rotation{});
-    case net::ValueType::kFrame:
-      return read(net::Frame{});
-    case net::ValueType::kTwist:
-      return read(net::Twist{});
-    case net::ValueType::kWrench:
-      return read(net::Wrench{});
-    case net::ValueType::kJoints:
-      return read(net::JointArray{});
-  }
-  return {};
-}
 
 std::int64_t watch_in(const Call& call) {
   const std::string& text = call.path.at("watch");
@@ -158,6 +125,11 @@ HttpResponse Api::write_channel(const Call& call) {
   std::optional<device::ChannelValue> value;
   if (given != nullptr) diagnostics.append(read_value(*given, found->second->description().type, value), "/value");
   if (diagnostics.has_errors()) return problem(422, "the value cannot be read", diagnostics);
+  // ARM.speed and the like belong to that arm.
+  const std::string owner = name.substr(0, name.find('.'));
+  if (cell_.built().cell.arms.contains(owner))
+    if (const Diagnostics why = cell_.holders().check_device(call.fence, owner); why.has_errors())
+      return problem(409, "this channel belongs to an arm that you do not hold", why);
   using Written = device::Channel::Written;
   switch (value ? found->second->write(*value) : found->second->write_null()) {
     case Written::kDone:
@@ -184,12 +156,18 @@ HttpResponse Api::add_watch(const Call& call) {
   options.capacity = static_cast<int>(reader.integer("keep", 0, Range{.low = 0, .high = double(kMostKept)}));
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
-  if (watches_.size() >= kMostWatches) std::erase_if(watches_, [](const auto& one) { return one.second->ended(); });
+  const auto own = [this, &call] {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(watches_, [&call](const auto& one) { return one.second.client == call.client.name; }));
+  };
+  if (watches_.size() >= kMostWatches || own() >= kWatchesOfOne)
+    std::erase_if(watches_, [](const auto& one) { return one.second.watch->ended(); });
+  if (own() >= kWatchesOfOne) return problem(429, fmt::format("you have {} watches: end some", kWatchesOfOne));
   if (watches_.size() >= kMostWatches) return problem(429, fmt::format("there are {} watches: end some", kMostWatches));
   auto watch =
       net != 0 ? cell_.core().watch(static_cast<rcc::NetId>(net), port, options) : cell_.core().watch(port, options);
   if (!watch) return problem(422, "this cannot be watched", watch.error());
-  watches_[++last_watch_] = std::move(*watch);
+  watches_[++last_watch_] = {.watch = std::move(*watch), .client = call.client.name};
   HttpResponse response = json_answer(201, {{"watch", last_watch_}, {"every", options.every}});
   response.headers["Location"] = fmt::format("/v1/watches/{}", last_watch_);
   return response;
@@ -198,7 +176,7 @@ HttpResponse Api::add_watch(const Call& call) {
 HttpResponse Api::read_watch(const Call& call) {
   const auto found = watches_.find(watch_in(call));
   if (found == watches_.end()) return unknown_watch(call);
-  rcc::Watch& watch = *found->second;
+  rcc::Watch& watch = *found->second.watch;
   const bool ended = watch.ended();  // before its last values are taken
   std::vector<rcc::WatchedValue> taken(kMostTaken);
   taken.resize(watch.take(taken));
@@ -221,7 +199,7 @@ HttpResponse Api::set_watch(const Call& call) {
   const auto every = reader.integer("every", {}, Range{.low = 0, .high = double(kMostEvery)});
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
-  found->second->set_every(static_cast<int>(every));
+  found->second.watch->set_every(static_cast<int>(every));
   return json_answer(200, {{"watch", found->first}, {"every", every}});
 }
 
@@ -229,7 +207,7 @@ HttpResponse Api::drop_watch(const Call& call) {
   const auto found = watches_.find(watch_in(call));
   if (found == watches_.end()) return unknown_watch(call);
   const std::int64_t id = found->first;
-  cell_.core().unwatch(found->second);
+  cell_.core().unwatch(found->second.watch);
   watches_.erase(found);
   return json_answer(200, {{"watch", id}});
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -11,13 +12,12 @@
 #include "core/net/description.h"
 #include "core/net/net_report.h"
 #include "serve/api.h"
+#include "serve/rule_reader.h"
 
 namespace takt::serve {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr Range kNetNumbers{.low = 1, .high = 4294967295.0};
 
 const Field kExpires{.name = "expires_at_cycle",
                      .type = "integer",
@@ -25,96 +25,6 @@ const Field kExpires{.name = "expires_at_cycle",
                      .required = false,
                      .minimum = 0};
 const std::vector<Field> kPosted = {{"request", "integer", "number that the event done or refused will carry"}};
-
-const std::vector<rcc::NetState>& all_states() {
-  using enum rcc::NetState;
-  static const std::vector<rcc::NetState> all = {kLoading, kRejected, kReady, kRunning, kCanceling, kTerminated};
-  return all;
-}
-
-std::uint8_t read_states(ObjectReader& term) {
-  std::vector<std::string> names;
-  for (const rcc::NetState one : all_states()) names.emplace_back(name_of(one));
-  std::uint8_t states = 0;
-  for (const std::string& text : term.texts("states")) {
-    const auto found = std::ranges::find(names, text);
-    if (found == names.end()) {
-      term.diagnostics().error(Code::kUnknownName, term.at("states"), fmt::format("a net is never '{}'", text),
-                               nearest_choice(text, names));
-      continue;
-    }
-    states |= static_cast<std::uint8_t>(
-        1u << static_cast<unsigned>(all_states()[static_cast<std::size_t>(found - names.begin())]));
-  }
-  if (states == 0 && !term.diagnostics().has_errors())
-    term.diagnostics().error(Code::kMissing, term.at("states"), "no states", "Name at least one");
-  return states;
-}
-
-rcc::NetId read_net(ObjectReader& reader, std::string_view key) {
-  const auto net = reader.integer(key, {}, kNetNumbers);
-  return static_cast<rcc::NetId>(net);
-}
-
-rcc::Term read_term(ObjectReader& term, const rcc::ControlCore& core) {
-  const rcc::NetId id = read_net(term, "net");
-  rcc::Term read{.net = id};
-  if (term.has("states")) {
-    read.states = read_states(term);
-    term.finish();
-    return read;
-  }
-  const std::string port = term.text("port");
-  const bool range = term.has("lower") || term.has("upper");
-  read.lower = term.number("lower", -std::numeric_limits<double>::infinity());
-  read.upper = term.number("upper", std::numeric_limits<double>::infinity());
-  term.finish();
-  if (term.diagnostics().has_errors()) return read;
-  const rcc::NetHandle net = core.net(id);
-  if (net == nullptr) {
-    term.diagnostics().error(Code::kUnknownName, term.at("net"),
-                             fmt::format("net {} is not loaded, or still Loading", id), "Wait until it is Ready");
-    return read;
-  }
-  if (range) {
-    read.real = net->find<net::Real>(port);
-  } else {
-    read.port = net->find<net::Boolean>(port);
-  }
-  if (read.port == nullptr && read.real == nullptr)
-    term.diagnostics().error(
-        Code::kUnknownName, term.at("port"),
-        fmt::format("net {} has no {} output '{}'", id, range ? "Real" : "Boolean", port),
-        range ? "Name a Real output as id.port" : "Name a Boolean output, or give lower and upper");
-  return read;
-}
-
-rcc::NetSet read_set(ObjectReader& reader, std::string_view key) {
-  rcc::NetSet set;
-  for (const double number : reader.numbers(key, 0, std::vector<double>{}, kNetNumbers)) {
-    if (number != std::floor(number)) {
-      reader.diagnostics().error(Code::kWrongType, reader.at(key), fmt::format("{} is no number of a net", number),
-                                 "Give integers");
-    } else if (!set.add(static_cast<rcc::NetId>(number))) {
-      reader.diagnostics().error(Code::kWrongSize, reader.at(key),
-                                 fmt::format("more than {} nets", rcc::NetSet::kCapacity), "Name fewer nets");
-      break;
-    }
-  }
-  return set;
-}
-
-rcc::Transaction read_transaction(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  rcc::Transaction read{.abort = read_set(reader, "abort"),
-                        .cancel = read_set(reader, "cancel"),
-                        .start = read_set(reader, "start"),
-                        .end = read_set(reader, "end")};
-  reader.finish();
-  if (read.empty() && !diagnostics.has_errors())
-    diagnostics.error(Code::kMissing, pointer, "nothing is to be done", "Name nets to abort, cancel, start or end");
-  return read;
-}
 
 std::optional<HttpResponse> expired(ObjectReader& reader, const rcc::ControlCore& core) {
   const std::int64_t cycle = core.cycle();
@@ -146,7 +56,11 @@ void Api::add_net_routes() {
                "LOAD: verifies and compiles a net outside of the cycle; STATE says when it is Ready or Rejected.",
                Need::kHolder, 202);
   load_route.body = {{"net", "object", "the net, as in a net file"},
-                     {"cancel_bound_cycles", "integer", "from a cancel to the end, at most", false, 1}};
+                     {"cancel_bound_cycles", "integer", "from a cancel to the end, at most", false, 1},
+                     {"goes_on", "string", "a Boolean, id.port: while it is true the bound does not count", false},
+                     {"stopped", "string", "a Boolean, id.port: the net has ended because it was stopped", false},
+                     {"begins", "array", "seams: device, q, dq, ddq, mode, tool: how the net takes it over", false},
+                     {"ends", "array", "seams: how the net leaves its devices", false}};
   load_route.answer = {{"net", "integer", "number of the net"}, {"state", "string", "Loading"}};
   load_route.handle = [this](const Call& call, const Respond& respond) { load(call, respond); };
   routes_.push_back(std::move(load_route));
@@ -170,6 +84,15 @@ void Api::add_net_routes() {
   report.answer = {{"reactions", "array", "certified cycles from each source to each sink"}};
   report.handle = [this](const Call& call, const Respond& respond) { respond(net_report(call)); };
   routes_.push_back(std::move(report));
+
+  Route graph = with_net("GET", "/{net}/graph", "net_graph", "A net as a graph, for viewers.", Need::kLook, 200);
+  graph.answer = {{"net", "integer", "number of the net"},
+                  {"name", "string", ""},
+                  {"resources", "array", "devices that it drives"},
+                  {"primitives", "array", "id, type, place in the order of evaluation, inputs and outputs of each"},
+                  {"links", "array", "from and to: indices of primitives, and of their ports"}};
+  graph.handle = [this](const Call& call, const Respond& respond) { respond(net_graph(call)); };
+  routes_.push_back(std::move(graph));
 
   Route drop = with_net("DELETE", "/{net}", "unload", "Forgets a net that is not active.", Need::kHolder, 200);
   drop.answer = {{"net", "integer", "number of the net"}};
@@ -223,9 +146,7 @@ void Api::load_now(const Json& json, std::uint32_t fence, const Respond& respond
   Diagnostics diagnostics;
   ObjectReader reader(json, "", diagnostics);
   const Json* net = reader.object("net");
-  rcc::LoadOptions options;
-  if (reader.has("cancel_bound_cycles"))
-    options.cancel_bound_cycles = reader.integer("cancel_bound_cycles", {}, Range{.low = 1, .high = 1e9});
+  const rcc::LoadOptions options = read_load_options(reader);
   reader.finish();
   std::optional<net::NetDescription> description;
   if (net != nullptr) {
@@ -272,6 +193,8 @@ HttpResponse Api::net_state(const Call& call) const {
     const std::lock_guard lock(mutex_);
     if (const auto found = names_.find(id); found != names_.end()) name = found->second;
   }
+  // Those of a program and of joggings were not loaded by a client.
+  if (const rcc::NetHandle net = cell_.core().net(id); name.empty() && net != nullptr) name = net->name();
   return json_answer(200, {{"net", id},
                            {"name", name},
                            {"state", name_of(status.state)},
@@ -295,6 +218,8 @@ HttpResponse Api::net_report(const Call& call) const {
 HttpResponse Api::unload(const Call& call) {
   const rcc::NetId id = net_in(call);
   if (!cell_.core().knows(id)) return unknown_net(call);
+  if (const Diagnostics why = cell_.holders().check_owner(call.fence, id); why.has_errors())
+    return problem(409, "the net is somebody else's", why);
   if (cell_.core().unload(id)) return json_answer(200, {{"net", id}});
   return problem(409, fmt::format("the net is {}: cancel it, or wait", name_of(cell_.core().state(id))));
 }
@@ -302,6 +227,31 @@ HttpResponse Api::unload(const Call& call) {
 HttpResponse Api::posted(rcc::RequestId request) const {
   if (request == 0) return problem(429, "too many requests in this cycle: ask again");
   return json_answer(202, {{"request", request}});
+}
+
+std::optional<HttpResponse> Api::check_quota(const Call& call, bool waits) {
+  constexpr std::size_t kEventsAtOnce = 4096;
+  Asked& asked = asked_[call.client.name];
+  if (std::exchange(asked.cycle, cell_.core().cycle()) != cell_.core().cycle()) asked.in_cycle = 0;
+  if (asked.in_cycle >= kRequestsOfOne)
+    return problem(429, fmt::format("{} requests of yours go to one cycle: ask again", kRequestsOfOne));
+  if (!waits || asked.waiting.size() < kRulesOfOne) return {};
+  for (;;) {
+    const auto page = cell_.events_from(answers_seen_, kEventsAtOnce);
+    for (const LoggedEvent& one : page.events)
+      for (auto& [client, other] : asked_) other.waiting.erase(one.event.request);
+    answers_seen_ = page.next;
+    if (page.events.size() < kEventsAtOnce) break;
+  }
+  if (asked.waiting.size() < kRulesOfOne) return {};
+  return problem(429,
+                 fmt::format("{} rules of yours are waiting: let some come true, or unload their nets", kRulesOfOne));
+}
+
+void Api::note_posted(const Call& call, rcc::RequestId request, bool waits) {
+  Asked& asked = asked_[call.client.name];
+  ++asked.in_cycle;
+  if (waits && request != 0) asked.waiting.insert(request);
 }
 
 HttpResponse Api::command(const Call& call, const std::string& what) {
@@ -315,9 +265,14 @@ HttpResponse Api::command(const Call& call, const std::string& what) {
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the command cannot be read", diagnostics);
   if (late) return std::move(*late);
-  if (what == "start") return posted(cell_.core().start(id));
-  if (what == "cancel") return posted(cell_.core().cancel(id));
-  return posted(cell_.core().abort(id));
+  const Diagnostics foreign =
+      what == "start" ? cell_.holders().check_start(call.fence, id) : cell_.holders().check_owner(call.fence, id);
+  if (foreign.has_errors()) return problem(409, "this net is not for you to command", foreign);
+  if (what == "abort") return posted(cell_.core().abort(id));
+  if (auto full = check_quota(call, false)) return std::move(*full);
+  const rcc::RequestId request = what == "start" ? cell_.core().start(id) : cell_.core().cancel(id);
+  note_posted(call, request, false);
+  return posted(request);
 }
 
 HttpResponse Api::post_rule(const Call& call) {
@@ -325,29 +280,19 @@ HttpResponse Api::post_rule(const Call& call) {
   if (!json) return json.error();
   Diagnostics diagnostics;
   ObjectReader reader(*json, "", diagnostics);
-  rcc::Rule rule;
-  if (const Json* terms = reader.array("condition", false)) {
-    for (std::size_t i = 0; i < terms->size(); ++i) {
-      const std::string pointer = "/condition" + pointer_segment(i);
-      if (!(*terms)[i].is_object()) {
-        diagnostics.error(Code::kWrongType, pointer, "a term is an object", "Give net, and states or port");
-        continue;
-      }
-      ObjectReader term((*terms)[i], pointer, diagnostics);
-      if (rule.condition.add(read_term(term, cell_.core()))) continue;
-      diagnostics.error(Code::kWrongSize, "/condition", fmt::format("more than {} terms", rcc::Condition::kCapacity),
-                        "Give fewer terms");
-      break;
-    }
-  }
-  if (const Json* action = reader.object("action")) rule.action = read_transaction(*action, "/action", diagnostics);
-  if (const Json* otherwise = reader.object("otherwise", false))
-    rule.otherwise = read_transaction(*otherwise, "/otherwise", diagnostics);
+  const rcc::Rule rule = read_rule(reader, cell_.core());
   auto late = expired(reader, cell_.core());
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the rule cannot be read", diagnostics);
   if (late) return std::move(*late);
-  return posted(cell_.core().post(rule));
+  Diagnostics foreign = cell_.holders().check(call.fence, rule.action);
+  foreign.append(cell_.holders().check(call.fence, rule.otherwise));
+  if (foreign.has_errors()) return problem(409, "these nets are not for you to command", foreign);
+  const bool waits = rule.condition.size > 0;
+  if (auto full = check_quota(call, waits)) return std::move(*full);
+  const rcc::RequestId request = cell_.core().post(rule);
+  note_posted(call, request, waits);
+  return posted(request);
 }
 
 HttpResponse Api::schedule(const Call& call) {
@@ -361,8 +306,13 @@ HttpResponse Api::schedule(const Call& call) {
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
   if (late) return std::move(*late);
+  Diagnostics foreign = cell_.holders().check_start(call.fence, successor);
+  if (from_rest != 0) foreign.append(cell_.holders().check_start(call.fence, from_rest));
+  if (foreign.has_errors()) return problem(409, "these nets are not for you to command", foreign);
+  if (auto full = check_quota(call, true)) return std::move(*full);
   const auto request = cell_.core().schedule_after(predecessor, successor, from_rest);
   if (!request) return problem(409, "the successor cannot follow", request.error());
+  note_posted(call, *request, true);
   return posted(*request);
 }
 

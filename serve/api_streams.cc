@@ -55,6 +55,26 @@ SceneJson shape_json(const cell::SceneShape& shape) {
   return json;
 }
 
+/// Frames whose place nobody knows are left out.
+SceneJson frames_json(const world::FrameGraph& frames) {
+  const std::vector<std::string> moving = frames.moving();
+  const auto moves = [&](std::string_view one) {
+    return std::ranges::any_of(moving, [&](const auto& other) { return frames.depends_on(one, other); });
+  };
+  SceneJson list = SceneJson::array();
+  for (const std::string& name : frames.names())
+    if (const auto X_WF = frames.pose(name))
+      list.push_back({{"name", name}, {"pose", pose_json(*X_WF)}, {"fixed", !moves(name)}});
+  return list;
+}
+
+SceneJson sensors_json(const expression::Cell& cell) {
+  SceneJson list = SceneJson::array();
+  for (const auto& [name, sensor] : cell.sensors)
+    list.push_back({{"name", name}, {"arm", sensor.arm}, {"pose", pose_json(sensor.X_FS)}});
+  return list;
+}
+
 std::string mesh_bytes(const cell::SceneMesh& mesh) {
   std::string bytes;
   append_number(bytes, static_cast<std::uint32_t>(mesh.points.size()));
@@ -145,16 +165,19 @@ std::expected<Upgrade, HttpResponse> Api::upgrade(const HttpRequest& request) {
 }
 
 void Api::add_scene_routes() {
-  routes_.push_back({.method = "GET",
-                     .path = "/v1/scene",
-                     .id = "scene",
-                     .summary = "What the cell looks like: bodies with their shapes; it does not change.",
-                     .answer = {{"bodies", "array", "name, parent, pose, shapes of each"},
-                                {"moving", "array", "indices of those that may move"},
-                                {"commanded", "array", "indices of those that set points move"},
-                                {"meshes", "array", "vertices, triangles and bytes of each"},
-                                {"cameras", "array", "names"}},
-                     .handle = [this](const Call&, const Respond& respond) { respond(scene()); }});
+  routes_.push_back(
+      {.method = "GET",
+       .path = "/v1/scene",
+       .id = "scene",
+       .summary = "What the cell looks like: bodies with their shapes; it does not change.",
+       .answer = {{"bodies", "array", "name, parent, pose, shapes of each"},
+                  {"moving", "array", "indices of those that may move"},
+                  {"commanded", "array", "indices of those that set points move"},
+                  {"meshes", "array", "vertices, triangles and bytes of each"},
+                  {"cameras", "array", "names"},
+                  {"frames", "array", "name, pose in the world as the server began, and whether it stays"},
+                  {"sensors", "array", "force/torque sensors: name, arm, and pose in its flange"}},
+       .handle = [this](const Call&, const Respond& respond) { respond(scene_); }});
   routes_.push_back({.method = "GET",
                      .path = "/v1/scene/meshes/{mesh}",
                      .id = "mesh",
@@ -174,7 +197,7 @@ void Api::add_scene_routes() {
                      .handle = [this](const Call& call, const Respond& respond) { picture(call, respond); }});
 }
 
-HttpResponse Api::scene() const {
+HttpResponse Api::make_scene() const {
   const cell::CellScene& scene = streams_.scene();
   SceneJson bodies = SceneJson::array(), meshes = SceneJson::array();
   for (const cell::SceneBody& body : scene.bodies()) {
@@ -191,7 +214,9 @@ HttpResponse Api::scene() const {
                            {"moving", scene.moving()},
                            {"commanded", scene.commanded()},
                            {"meshes", std::move(meshes)},
-                           {"cameras", scene.cameras()}});
+                           {"cameras", scene.cameras()},
+                           {"frames", frames_json(cell_.built().cell.frames)},
+                           {"sensors", sensors_json(cell_.built().cell)}});
 }
 
 HttpResponse Api::mesh(const Call& call) const {

@@ -74,7 +74,7 @@ std::optional<std::uint32_t> number_of(const FoxJson& json) {
 
 }  // namespace
 
-FoxgloveWorld::FoxgloveWorld(const HostedCell& cell)
+FoxgloveWorld::FoxgloveWorld(const ServedCell& cell)
     : session(fmt::format("{:08x}", std::random_device()())),
       scene(cell::scene_message(*cell.built().world->model())) {}
 

@@ -16,7 +16,7 @@ namespace takt::serve {
 
 /// What clients of Foxglove's protocol get that never changes. Setup.
 struct FoxgloveWorld {
-  explicit FoxgloveWorld(const HostedCell& cell);
+  explicit FoxgloveWorld(const ServedCell& cell);
   std::string session;  ///< differs each time a server is started
   std::string scene;    ///< a message foxglove.SceneUpdate
 };

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <span>
-#include <stdexcept>
 #include <utility>
+
+#include <fmt/format.h>
+
+#include "cell/judge/expectations.h"
 
 namespace takt::serve {
 namespace {
@@ -46,36 +49,73 @@ HostedCell::HostedCell(cell::Description description, cell::BuiltCell built, std
       built_(std::move(built)),
       faults_(std::move(faults)),
       warnings_(std::move(warnings)),
-      lease_(*built_.core) {
-  run_.emplace(description_, built_, no_expectations_, faults_, options_.run);
+      recordings_(description_, built_, options_.run, options_.recordings) {
+  // As of a program in C++: nobody knows its steps.
+  auto expectations = cell::make_expectations(description_.expectations, built_, std::nullopt);
+  if (expectations) {
+    expectations_ = std::move(*expectations);
+  } else {
+    warnings_.append(expectations.error());
+  }
+  run_.emplace(description_, built_, expectations_, faults_, options_.run);
+  run_->ask_touching([this] {
+    constexpr std::int64_t kMoment = 200;  // cycles
+    auto all = touching_;
+    if (realtime() && built_.core->cycle() - touching_since_ < kMoment) all.insert(touched_.begin(), touched_.end());
+    return all;
+  });
+  begin(description_, built_);
+  follow_.emplace(built_, lease());
   add_jog_channels();
-  for (const auto& [name, arm] : built_.cell.arms) fresh_.arms.push_back({.name = name});
-  for (const auto& [name, channel] : built_.cell.channels) fresh_.channels.push_back({.name = name});
-  copy({});
-  publish();
 }
 
 HostedCell::~HostedCell() = default;
 
-void HostedCell::add_jog_channels() {
-  const auto add = [this](const std::string& name, net::ValueType type, std::string unit) {
-    auto made = device::Channel::make({.name = name, .type = type, .unit = std::move(unit)});
-    if (!made) throw std::logic_error(made.error().to_string());
-    device::Channel* channel = made->get();
-    built_.core->add(name, std::unique_ptr<net::Resource>(std::move(*made)));
-    return channel;
-  };
-  for (const auto& [name, arm] : built_.cell.arms)
-    jog_channels_[name] = {.tool = add("jog/" + name + "/tool", net::ValueType::kTwist, "m/s,rad/s"),
-                           .joints = add("jog/" + name + "/joints", net::ValueType::kJoints, "rad/s")};
+void HostedCell::begin_cycle() {
+  begin_jog_channels();
+  if (stop_nets_.load(std::memory_order_acquire)) {
+    const net::Text why = stop_why_;
+    stop_nets_.store(false, std::memory_order_release);
+    built_.core->stop_all(net::Cause::Code::kAborted, why.view());
+    follow_->before_cycle();
+    follow_->stopped(why);
+    return;
+  }
+  follow_->before_cycle();
 }
 
-void HostedCell::begin_cycle() {
-  const rcc::ControlCore& core = *built_.core;
-  for (const auto& [name, channels] : jog_channels_) {
-    channels.tool->begin_cycle(core.cycle(), core.time());
-    channels.joints->begin_cycle(core.cycle(), core.time());
+void HostedCell::stop_all(const std::string& by) { stop_nets(net::Text(fmt::format("STOP by '{}'", by))); }
+
+void HostedCell::stop_nets(const net::Text& why) {
+  if (stop_nets_.load(std::memory_order_acquire)) return;  // the cycle that comes next stops them
+  stop_why_ = why;
+  stop_nets_.store(true, std::memory_order_release);
+}
+
+void HostedCell::between_cycles(std::function<void(cell::CellRun& run)> task) {
+  const std::lock_guard lock(mutex_);
+  tasks_.push_back(std::move(task));
+  wake_.notify_all();
+}
+
+void HostedCell::set_touching(std::set<std::string, std::less<>> devices) {
+  touched_ = std::exchange(touching_, std::move(devices));
+  touching_since_ = built_.core->cycle();
+}
+
+void HostedCell::wake() {
+  const std::lock_guard lock(mutex_);
+  woken_ = true;
+  wake_.notify_all();
+}
+
+void HostedCell::do_tasks() {
+  std::vector<std::function<void(cell::CellRun & run)>> tasks;
+  {
+    const std::lock_guard lock(mutex_);
+    tasks.swap(tasks_);
   }
+  for (const auto& task : tasks) task(*run_);
 }
 
 bool HostedCell::interrupted() const { return options_.run.interrupt != nullptr && options_.run.interrupt->load() > 0; }
@@ -86,33 +126,6 @@ void HostedCell::stop() {
   wake_.notify_all();
 }
 
-CellView HostedCell::view() const {
-  const std::lock_guard lock(mutex_);
-  return view_;
-}
-
-HostedCell::Events HostedCell::events_from(std::int64_t sequence, std::size_t most) const {
-  const std::lock_guard lock(mutex_);
-  Events found;
-  const std::int64_t first = next_sequence_ - static_cast<std::int64_t>(log_.size());
-  found.lost = sequence < first;
-  const std::int64_t from = std::max(sequence, first);
-  for (std::int64_t one = from; one < next_sequence_ && found.events.size() < most; ++one)
-    found.events.push_back(log_[static_cast<std::size_t>(one - first)]);
-  found.next = from + static_cast<std::int64_t>(found.events.size());
-  return found;
-}
-
-std::int64_t HostedCell::next_event() const {
-  const std::lock_guard lock(mutex_);
-  return next_sequence_;
-}
-
-void HostedCell::on_news(std::function<void()> listener) {
-  const std::lock_guard lock(listener_mutex_);
-  listener_ = std::move(listener);
-}
-
 bool HostedCell::steps(std::int64_t cycles, std::function<void(const CellView& view)> done) {
   if (realtime()) return false;
   const std::lock_guard lock(mutex_);
@@ -120,55 +133,6 @@ bool HostedCell::steps(std::int64_t cycles, std::function<void(const CellView& v
   orders_.push_back({cycles, std::move(done)});
   wake_.notify_all();
   return true;
-}
-
-/// Between two cycles. Realtime loop: under its lock, so that it only copies.
-void HostedCell::copy(std::span<const rcc::Event> events) {
-  rcc::ControlCore& core = *built_.core;
-  fresh_.cycle = core.cycle();
-  fresh_.time = core.time();
-  fresh_.digest = core.digest().value();
-  fresh_.connected = connected_;
-  for (ArmView& view : fresh_.arms) {
-    const device::Arm& arm = *built_.cell.arms.at(view.name).device;
-    if (arm.has_sample()) {
-      const device::ArmSample& sample = arm.sample();
-      view.q_measured = sample.q;
-      view.dq_measured = sample.dq;
-      view.tau_measured = sample.tau;
-      view.fault = sample.fault;
-    }
-    view.q_commanded = arm.set_point().q;
-    view.mode = arm.mode();
-    view.ready = arm.ready();
-    view.at_rest = arm.at_rest();
-    view.held = arm.held();
-  }
-  for (CellView::Channel& view : fresh_.channels) {
-    const device::Channel& channel = *built_.cell.channels.at(view.name);
-    view.value = device::value_in(channel.description().type, channel.raw_slot());
-    view.age = channel.age();
-  }
-  cell::copy_picture_state(*built_.world, fresh_.picture);
-  for (const rcc::Event& event : events)
-    fresh_events_.push_back(
-        {.sequence = 0, .cycle = event.cause.cycle >= 0 ? event.cause.cycle : core.cycle() - 1, .event = event});
-}
-
-/// Outside of the loop's lock.
-void HostedCell::publish() {
-  {
-    const std::lock_guard lock(mutex_);
-    view_ = fresh_;
-    for (LoggedEvent& event : fresh_events_) {
-      event.sequence = next_sequence_++;
-      log_.push_back(std::move(event));
-      if (log_.size() > kEvents) log_.pop_front();
-    }
-    fresh_events_.clear();
-  }
-  const std::lock_guard lock(listener_mutex_);
-  if (listener_) listener_();
 }
 
 bool HostedCell::clear() const {
@@ -196,13 +160,17 @@ cell::RunReport HostedCell::run() {
     left.swap(orders_);
   }
   for (const Order& order : left) order.done(view());
+  recordings_.close();
   return run_->finish(false, {});
 }
 
 bool HostedCell::cycle_lockstep() {
   begin_cycle();
   const bool going = run_->step({});
-  lease_.after_cycle();
+  follow_->after_cycle();
+  recordings_.after_cycle();
+  lease().after_cycle();
+  recordings_.between_cycles(built_.core->events());
   copy(built_.core->events());
   if (!going) failed_ = true;
   return going;
@@ -219,22 +187,36 @@ void HostedCell::run_lockstep() {
     {
       std::unique_lock lock(mutex_);
       // A signal handler cannot wake it.
-      wake_.wait_for(lock, std::chrono::milliseconds(50), [this] { return stop_asked_ || !orders_.empty(); });
+      wake_.wait_for(lock, std::chrono::milliseconds(50),
+                     [this] { return stop_asked_ || woken_ || !tasks_.empty() || !orders_.empty(); });
       if (end_asked()) break;
-      if (orders_.empty()) continue;
+      if (woken_ || !tasks_.empty() || orders_.empty()) {
+        woken_ = false;
+        lock.unlock();
+        look_around();
+        continue;
+      }
       order = std::move(orders_.front());
       orders_.pop_front();
     }
     for (std::int64_t i = 0; i < order.cycles && !end_asked() && cycle_lockstep(); ++i)
-      if (fresh_events_.size() >= 64) publish();
+      if (unpublished() >= 64) publish();
     publish();
-    order.done(fresh_);
+    order.done(fresh());
   }
   settle_lockstep();
 }
 
+/// While no cycle runs: what else there is to do.
+void HostedCell::look_around() {
+  recordings_.between_cycles({});
+  follow_->look();
+  do_tasks();
+  tell_listener();
+}
+
 void HostedCell::settle_lockstep() {
-  (void)lease_.release(lease_.holder());
+  lease().release_all();
   const Nanoseconds until = built_.core->time() + kSettling;
   while (connected_ && !failed_ && !clear() && built_.core->time() < until)
     if (!cycle_lockstep()) break;
@@ -247,7 +229,10 @@ void HostedCell::run_realtime() {
   begin_cycle();
   Nanoseconds until = 0;
   const auto program = [&] {
+    recordings_.between_cycles(*loop->support().events);
     copy(*loop->support().events);
+    follow_->look();
+    do_tasks();
     if (!run_->look_on({})) {
       failed_ = true;
       return false;
@@ -260,7 +245,7 @@ void HostedCell::run_realtime() {
     }
     if (!end_asked()) return true;
     if (until == 0) {
-      (void)lease_.release(lease_.holder());
+      lease().release_all();
       until = built_.core->time() + kSettling;
     }
     return !clear() && built_.core->time() < until;
@@ -268,7 +253,9 @@ void HostedCell::run_realtime() {
   const auto report = loop->run({.after_cycle =
                                      [this] {
                                        const bool going = run_->after_cycle();
-                                       lease_.after_cycle();
+                                       follow_->after_cycle();
+                                       recordings_.after_cycle();
+                                       lease().after_cycle();
                                        run_->before_cycle();  // of the next one
                                        begin_cycle();
                                        return going;

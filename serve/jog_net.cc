@@ -2,6 +2,7 @@
 
 #include "core/command/actions/joint_jog_action.h"
 #include "core/command/single_net.h"
+#include "core/expression/device_sensors.h"
 #include "core/expression/frame_sensors.h"
 
 namespace takt::serve {
@@ -13,7 +14,7 @@ expression::ExpressionPtr read_jog(net::ValueType type, const char* primitive, d
   return expression::read_resource(type, primitive, "channel", channel->name(), channel, output, "wanted");
 }
 
-command::Action jog_action(const HostedCell& cell, const JogRequest& request, device::Channel* channel,
+command::Action jog_action(const ServedCell& cell, const JogRequest& request, device::Channel* channel,
                            const expression::State& alive) {
   const command::TrackingParameters bounds{.linear_max = request.linear_max, .angular_max = request.angular_max};
   if (request.joints)
@@ -28,7 +29,7 @@ command::Action jog_action(const HostedCell& cell, const JogRequest& request, de
 
 }  // namespace
 
-Result<command::MappedCommand> jog_net(const HostedCell& cell, const JogRequest& request) {
+Result<command::MappedCommand> jog_net(const ServedCell& cell, const JogRequest& request) {
   const JogChannels channels = cell.jog_channels(request.arm);
   device::Channel* channel = request.joints ? channels.joints : channels.tool;
   const Nanoseconds period = cell.period();

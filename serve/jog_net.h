@@ -3,7 +3,7 @@
 #include <string>
 
 #include "core/command/mapping.h"
-#include "serve/hosted_cell.h"
+#include "serve/served_cell.h"
 
 namespace takt::serve {
 
@@ -21,6 +21,6 @@ struct JogRequest {
 /// cancelled.
 /// @return the net, or what is wrong with the request: an unknown frame, an arm without inverse kinematics. Realtime:
 /// setup.
-[[nodiscard]] Result<command::MappedCommand> jog_net(const HostedCell& cell, const JogRequest& request);
+[[nodiscard]] Result<command::MappedCommand> jog_net(const ServedCell& cell, const JogRequest& request);
 
 }  // namespace takt::serve

@@ -65,7 +65,7 @@ Jogging::Jogging(const StreamServices& services, Client client, Send send, Fail 
     : services_(services), client_(std::move(client)), send_(std::move(send)), fail_(std::move(fail)) {}
 
 MessageResult Jogging::begin(ObjectReader& message) {
-  HostedCell& cell = services_.cell;
+  ServedCell& cell = services_.cell;
   const std::uint32_t number = read_number(message, "jog");
   Jog jog;
   jog.fence = read_number(message, "fence");
@@ -74,6 +74,8 @@ MessageResult Jogging::begin(ObjectReader& message) {
   if (message.diagnostics().has_errors()) return problem_of(422, "the message cannot be read", message.diagnostics());
   if (client_.role != Role::kOperator) return problem_of(403, "observers may look and stop, and nothing else");
   if (!cell.lease().renew(jog.fence)) return not_holder();
+  if (const Diagnostics why = cell.holders().check_device(jog.fence, jog.request.arm); why.has_errors())
+    return problem_of(409, "you do not hold this arm", why);
   if (jogs_.contains(number)) return problem_of(409, fmt::format("jogging {} runs already", number));
   if (jogs_.size() >= kMost) return problem_of(429, fmt::format("{} joggings run: end some", kMost));
   const JogChannels channels = cell.jog_channels(jog.request.arm);
@@ -195,7 +197,7 @@ bool Jogging::look_for_start(std::uint32_t number, Jog& jog) {
 
 std::string Jogging::why_ended(const Jog& jog) const {
   if (jog.released) return "released";
-  if (services_.cell.lease().holder() != jog.fence) return "lease";
+  if (!services_.cell.lease().holds(jog.fence)) return "lease";
   const net::Cause cause = services_.cell.core().status(jog.net).cause;
   return cause.code == net::Cause::Code::kTerminated ? "silent" : "stopped";
 }

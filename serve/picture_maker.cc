@@ -4,7 +4,7 @@
 
 namespace takt::serve {
 
-PictureMaker::PictureMaker(const HostedCell& cell)
+PictureMaker::PictureMaker(const ServedCell& cell)
     : cell_(cell), thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
 PictureMaker::~PictureMaker() = default;

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "serve/hosted_cell.h"
+#include "serve/served_cell.h"
 
 namespace takt::serve {
 
@@ -21,7 +21,7 @@ class PictureMaker {
     std::function<void(const Result<std::string>& png)> done;  ///< on the thread of the maker
   };
   /// The cell outlives it.
-  explicit PictureMaker(const HostedCell& cell);
+  explicit PictureMaker(const ServedCell& cell);
   ~PictureMaker();
   PictureMaker(const PictureMaker&) = delete;
   PictureMaker& operator=(const PictureMaker&) = delete;
@@ -33,7 +33,7 @@ class PictureMaker {
   void work(const std::stop_token& stop);
   [[nodiscard]] Result<std::string> picture(const Order& order);
 
-  const HostedCell& cell_;
+  const ServedCell& cell_;
   std::unique_ptr<cell::CellCamera> camera_;  ///< of the thread
   std::mutex mutex_;
   std::condition_variable_any wake_;

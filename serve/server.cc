@@ -31,11 +31,19 @@ std::vector<std::string> hosts_of(const Server::Options& options, unsigned short
 
 bool is_loopback(const std::string& address) { return address.starts_with("127.") || address == "::1"; }
 
-Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& options) {
+Diagnostics Server::check(const Options& options) {
+  Diagnostics wrong;
   if (!is_loopback(options.http.address) && options.tokens.empty())
-    return failure(Code::kRequires, "--tokens",
-                   fmt::format("'{}' can be reached by others, and there are no tokens", options.http.address),
-                   "Give a token file with --tokens, or listen at 127.0.0.1");
+    wrong.error(Code::kRequires, "--tokens",
+                fmt::format("'{}' can be reached by others, and there are no tokens", options.http.address),
+                "Give a token file with --tokens, or listen at 127.0.0.1");
+  for (const std::string& origin : options.origins) wrong.append(check_origin("--origin", origin));
+  for (const std::string& name : options.names) wrong.append(check_host_name("--host", name));
+  return wrong;
+}
+
+Result<std::unique_ptr<Server>> Server::open(ServedCell& cell, const Options& options) {
+  if (Diagnostics wrong = check(options); wrong.has_errors()) return std::unexpected(std::move(wrong));
   std::unique_ptr<Server> server(new Server);
   server->address_ = options.http.address;
   // The port, and with it the hosts, are known once the server listens: requests wait until then.
@@ -51,7 +59,8 @@ Result<std::unique_ptr<Server>> Server::open(HostedCell& cell, const Options& op
   Access access(
       {.tokens = options.tokens, .hosts = hosts_of(options, server->http_->port()), .origins = options.origins});
   server->api_ = std::make_unique<Api>(
-      cell, std::move(access), options.log ? options.log : [](const std::string&) {}, server->http_->poster());
+      cell, std::move(access), options.page, options.log ? options.log : [](const std::string&) {},
+      server->http_->poster());
   ready->set_value(server->api_.get());
   return server;
 }

@@ -7,11 +7,12 @@
 
 #include "serve/access.h"
 #include "serve/http_server.h"
+#include "serve/panel_files.h"
 
 namespace takt::serve {
 
 class Api;
-class HostedCell;
+class ServedCell;
 
 /// A hosted cell on the network: HTTP server, access and routes together. The cell is run by whoever owns it, and
 /// outlives the server. Thread: any one.
@@ -22,10 +23,13 @@ class Server {
     std::vector<Token> tokens = {};                         ///< needed for every address that is not loopback
     std::vector<std::string> names = {};                    ///< further names of this machine, for Host, without port
     std::vector<std::string> origins = {};                  ///< pages elsewhere that may use the server, "https://a.b"
+    PanelFiles page = {};                                   ///< what "/" hands out
     std::function<void(const std::string& line)> log = {};  ///< from any thread
   };
+  /// All that is wrong with options, before a cell is built. Realtime: setup.
+  [[nodiscard]] static Diagnostics check(const Options& options);
   /// @return the server, which answers from now on; or why it cannot. Realtime: setup.
-  [[nodiscard]] static Result<std::unique_ptr<Server>> open(HostedCell& cell, const Options& options);
+  [[nodiscard]] static Result<std::unique_ptr<Server>> open(ServedCell& cell, const Options& options);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

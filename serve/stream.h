@@ -6,8 +6,8 @@
 
 #include "cell/run/cell_scene.h"
 #include "serve/access.h"
-#include "serve/hosted_cell.h"
 #include "serve/http_server.h"
+#include "serve/served_cell.h"
 #include "serve/watch_pool.h"
 
 /// What all kinds of stream have in common. The thread of the server, but for what says otherwise.
@@ -15,7 +15,7 @@ namespace takt::serve {
 
 /// What a stream and its parts use of the server. All of it outlives them.
 struct StreamServices {
-  HostedCell& cell;
+  ServedCell& cell;
   Access& access;
   std::function<void(const std::string& line)> log;
   /// Has something done on the thread of the server. Any thread.

@@ -36,6 +36,11 @@ std::optional<device::ChannelValue> joints_value(const device::JointVector& join
   return device::ChannelValue(net::JointArray(joints));
 }
 
+std::optional<device::ChannelValue> wrench_value(const std::optional<net::Wrench>& wrench) {
+  if (!wrench) return {};
+  return device::ChannelValue(*wrench);
+}
+
 }  // namespace
 
 StreamSession::StreamSession(const StreamServices& services, SharedSights& sights, Client client, std::string peer,
@@ -123,6 +128,7 @@ void StreamSession::say_problem(const std::string& op, const StreamJson& id, con
 void StreamSession::say_monitored(std::uint32_t id, const Monitor& monitor) {
   const std::string_view type = monitor.poses              ? "Poses"
                                 : monitor.watch != nullptr ? net::name_of(monitor.watch->type())
+                                : monitor.sensor           ? net::name_of(net::ValueType::kWrench)
                                                            : net::name_of(net::ValueType::kJoints);
   say({{"op", "monitored"}, {"id", id}, {"type", type}, {"every", monitor.every}});
 }
@@ -168,16 +174,32 @@ void StreamSession::read_arm_monitor(ObjectReader& message, Monitor& monitor) co
   if (member != kArmValues.end()) monitor.value = kArmMembers[static_cast<std::size_t>(member - kArmValues.begin())];
 }
 
+void StreamSession::read_sensor_monitor(ObjectReader& message, Monitor& monitor) const {
+  const std::string sensor = message.text("sensor");
+  const auto& sensors = sights_.view.sensors;
+  const auto found = std::ranges::find(sensors, sensor, &SensorView::name);
+  if (found != sensors.end()) {
+    monitor.sensor = static_cast<std::size_t>(found - sensors.begin());
+    return;
+  }
+  std::vector<std::string> names;
+  for (const SensorView& one : sensors) names.push_back(one.name);
+  message.diagnostics().error(Code::kUnknownName, message.at("sensor"),
+                              fmt::format("the cell has no force/torque sensor '{}'", sensor),
+                              nearest_choice(sensor, names));
+}
+
 std::expected<StreamSession::Monitor, MessageProblem> StreamSession::read_monitor(ObjectReader& message) const {
   Monitor monitor;
   Diagnostics& diagnostics = message.diagnostics();
   rcc::NetId net = 0;
   std::string port;
   const int kinds = static_cast<int>(message.has("net")) + static_cast<int>(message.has("channel")) +
-                    static_cast<int>(message.has("arm")) + static_cast<int>(message.has("poses"));
+                    static_cast<int>(message.has("arm")) + static_cast<int>(message.has("sensor")) +
+                    static_cast<int>(message.has("poses"));
   if (kinds != 1)
     diagnostics.error(Code::kRequires, message.pointer(), "it is not clear what is to be watched",
-                      "Give one of: net and port, channel, arm and value, poses");
+                      "Give one of: net and port, channel, arm and value, sensor, poses");
   if (message.has("net")) {
     net = static_cast<rcc::NetId>(message.integer("net", {}, Range{.low = 1, .high = kNumbers.high}));
     port = message.text("port");
@@ -185,6 +207,8 @@ std::expected<StreamSession::Monitor, MessageProblem> StreamSession::read_monito
     port = message.text("channel");
   } else if (message.has("arm")) {
     read_arm_monitor(message, monitor);
+  } else if (message.has("sensor")) {
+    read_sensor_monitor(message, monitor);
   } else if (message.has("poses") && !message.boolean("poses")) {
     diagnostics.error(Code::kInvalidValue, message.at("poses"), "false", "Write true, or leave it out");
   }
@@ -297,6 +321,9 @@ void StreamSession::send_values() {
       monitor.last = newest->cycle;
     } else if (monitor.value != nullptr && is_due(monitor, now)) {
       frame.add(id, net::ValueType::kJoints, now, joints_value(sights_.view.arms[monitor.arm].*monitor.value));
+      monitor.last = now;
+    } else if (monitor.sensor && is_due(monitor, now)) {
+      frame.add(id, net::ValueType::kWrench, now, wrench_value(sights_.view.sensors[*monitor.sensor].wrench));
       monitor.last = now;
     }
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,11 +42,12 @@ class StreamSession final : public Stream {
   using ArmValue = device::JointVector ArmView::*;
   struct Monitor {
     int every = 1;
-    std::shared_ptr<SharedWatch> watch;  ///< of a net or a channel
-    std::size_t arm = 0;                 ///< index in the view
-    ArmValue value = nullptr;            ///< of that arm
-    bool poses = false;                  ///< of the whole cell
-    std::int64_t last = -1;              ///< cycle of the last value that was sent
+    std::shared_ptr<SharedWatch> watch;      ///< of a net or a channel
+    std::size_t arm = 0;                     ///< index in the view
+    ArmValue value = nullptr;                ///< of that arm
+    std::optional<std::size_t> sensor = {};  ///< likewise an index
+    bool poses = false;                      ///< of the whole cell
+    std::int64_t last = -1;                  ///< cycle of the last value that was sent
   };
   using Handle = MessageResult (StreamSession::*)(ObjectReader& message);
   struct ClientMessage {
@@ -66,6 +68,7 @@ class StreamSession final : public Stream {
 
   [[nodiscard]] std::expected<Monitor, MessageProblem> read_monitor(ObjectReader& message) const;
   void read_arm_monitor(ObjectReader& message, Monitor& monitor) const;
+  void read_sensor_monitor(ObjectReader& message, Monitor& monitor) const;
   void say(const nlohmann::ordered_json& message);
   void say_monitored(std::uint32_t id, const Monitor& monitor);
   void say_problem(const std::string& op, const nlohmann::ordered_json& id, const MessageProblem& problem);

@@ -5,7 +5,7 @@
 
 namespace takt::serve {
 
-Streams::Streams(HostedCell& cell, Access& access, std::function<void(const std::string& line)> log,
+Streams::Streams(ServedCell& cell, Access& access, std::function<void(const std::string& line)> log,
                  std::function<void(std::function<void()> work)> post,
                  std::function<bool(std::function<void()> job)> work_elsewhere)
     : services_{.cell = cell,
@@ -22,7 +22,7 @@ Streams::Streams(HostedCell& cell, Access& access, std::function<void(const std:
 Streams::~Streams() { services_.cell.on_news({}); }
 
 std::vector<std::string> Streams::protocols() {
-  std::vector<std::string> all = {std::string(StreamSession::kProtocol)};
+  std::vector<std::string> all = {std::string(StreamSession::kProtocol), std::string(FollowSession::kProtocol)};
   all.insert(all.end(), FoxgloveSession::kProtocols.begin(), FoxgloveSession::kProtocols.end());
   return all;
 }
@@ -35,6 +35,8 @@ std::shared_ptr<SocketUser> Streams::open(const std::string& protocol, const Cli
   std::shared_ptr<Stream> stream;
   if (protocol == StreamSession::kProtocol) {
     stream = std::make_shared<StreamSession>(services_, sights_, client, peer, gone);
+  } else if (protocol == FollowSession::kProtocol) {
+    stream = std::make_shared<FollowSession>(services_, client, peer, gone);
   } else {
     stream = std::make_shared<FoxgloveSession>(services_, sights_, foxglove_, peer, gone);
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "serve/follow_session.h"
 #include "serve/foxglove_session.h"
 #include "serve/stream_session.h"
 
@@ -16,7 +17,7 @@ namespace takt::serve {
 class Streams {
  public:
   /// @param access, log, post, work_elsewhere  as in StreamServices. Before the cell runs.
-  Streams(HostedCell& cell, Access& access, std::function<void(const std::string& line)> log,
+  Streams(ServedCell& cell, Access& access, std::function<void(const std::string& line)> log,
           std::function<void(std::function<void()> work)> post,
           std::function<bool(std::function<void()> job)> work_elsewhere);
   /// Once nothing of the server runs any more.

@@ -1,34 +1,19 @@
 // Layout of a picture of a net: sizes of the cards, then Graphviz's dot for places and curves.
 #include <array>
-#include <cerrno>
 #include <charconv>
-#include <chrono>
 #include <cmath>
-#include <csignal>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
-#include <thread>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <nlohmann/json.hpp>
 
-#include "core/base/json.h"
-#include "core/base/output_file.h"
+#include "tools/graphviz.h"
 #include "tools/net_picture.h"
-
-extern char** environ;
 
 namespace takt::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-namespace fs = std::filesystem;
 
 /// Advance widths of the letters from ' ' to '~', 1/1000 of the size: DejaVu Sans, of which Verdana is a sister.
 constexpr std::array<int, 95> kWidths = {
@@ -39,9 +24,6 @@ constexpr std::array<int, 95> kWidths = {
     278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592,  525, 636, 337, 636, 838};
 constexpr int kOtherWidth = 700;
 constexpr double kBold = 1.12;  ///< how much wider bold letters run
-
-/// dot takes seconds for hundreds of cards; what takes longer than this is given up.
-constexpr auto kLongest = std::chrono::seconds(120);
 
 void write_card(std::string& dot, const NetPicture::Card& card, std::size_t number) {
   const CardSize size = size_of(card);
@@ -123,43 +105,6 @@ std::string to_dot(const NetPicture& picture) {
                        wire.to_port, w, wire.delayed ? 1 : (wire.critical ? 6 : 3));
   }
   return dot + "}\n";
-}
-
-/// Runs dot. @return what went wrong, or nothing.
-Diagnostics run_dot(const fs::path& in, const fs::path& out, const fs::path& errors) {
-  Diagnostics diagnostics;
-  std::vector<std::string> words = {"dot", "-Tjson0", in.string(), "-o", out.string()};
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  pid_t child = 0;
-  const int failed = posix_spawnp(&child, "dot", &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) {
-    diagnostics.error(Code::kSystem, "--graph", "the program 'dot' cannot be started", "Run apt-get install graphviz");
-    return diagnostics;
-  }
-  int status = 0;
-  const auto begin = std::chrono::steady_clock::now();
-  while (waitpid(child, &status, WNOHANG) == 0) {
-    if (std::chrono::steady_clock::now() - begin > kLongest) {
-      kill(child, SIGKILL);
-      waitpid(child, &status, 0);
-      break;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return diagnostics;
-  std::ifstream stream(errors);
-  std::string first;
-  std::getline(stream, first);
-  diagnostics.error(Code::kSystem, "--graph",
-                    WIFEXITED(status) ? fmt::format("dot failed: {}", first) : "dot takes too long for this net",
-                    "Make the fragments smaller");
-  return diagnostics;
 }
 
 std::vector<double> numbers_in(const std::string& text) {
@@ -253,15 +198,10 @@ CardSize size_of(const NetPicture::Card& card) {
 }
 
 Result<PlacedNet> place(const NetPicture& picture) {
-  const auto folder = TemporaryFolder::create();
-  if (!folder) return std::unexpected(folder.error());
-  const fs::path in = folder->path() / "net.dot", out = folder->path() / "net.json";
-  Diagnostics wrong = write_file(in, to_dot(picture));
-  if (!wrong.has_errors()) wrong = run_dot(in, out, folder->path() / "errors");
-  if (wrong.has_errors()) return std::unexpected(std::move(wrong));
-  std::ifstream stream(out);
+  const auto placed = run_dot(to_dot(picture), "json0", "--graph");
+  if (!placed) return std::unexpected(placed.error());
   try {
-    return read_places(Json::parse(stream), picture);
+    return read_places(Json::parse(*placed), picture);
   } catch (const std::exception& error) {
     return failure(Code::kSyntax, "--graph", fmt::format("dot's answer cannot be read: {}", error.what()));
   }

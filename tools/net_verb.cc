@@ -8,6 +8,7 @@
 
 #include "cell/run/session.h"
 #include "core/base/json.h"
+#include "core/base/json_lines.h"
 #include "core/base/output_file.h"
 #include "tools/cli.h"
 #include "tools/net_bench.h"
@@ -174,7 +175,7 @@ int net(const NetArguments& arguments, const Common& common) {
   if (diagnostics.has_errors()) return report(diagnostics, common);
   if (!loaded.net) return list_steps(loaded, common);
   if (!arguments.dump.empty()) {
-    diagnostics.append(write_file(arguments.dump, net::net_to_json(loaded.description).dump(2) + "\n", "--dump"));
+    diagnostics.append(write_file(arguments.dump, in_lines(net::net_to_json(loaded.description)) + "\n", "--dump"));
   }
   if (!arguments.graph.empty()) diagnostics.append(draw(arguments, loaded));
   if (diagnostics.has_errors()) return report(diagnostics, common);

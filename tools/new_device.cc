@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_lines.h"
 #include "core/base/json_numbers.h"
 #include "core/device/device_file.h"
 #include "tools/import/node.h"
@@ -122,7 +123,7 @@ Result<fs::path> make(const DeviceOptions& options, const Node& urdf, const Json
   if (workshop.folder().empty())
     return failure(Code::kFileNotWritable, "--out", fmt::format("cannot write '{}'", options.out.string()));
   for (const auto& [file, content] : {std::pair(options.name + ".urdf", xml_of(urdf)),
-                                      {"device.json", without_noise(device).dump(2) + "\n"},
+                                      {"device.json", in_lines(without_noise(device)) + "\n"},
                                       {"README.md", readme}})
     if (auto written = workshop.write(file, content); !written) return std::unexpected(written.error());
   const bool is_gripper = device.at("kind") == "gripper";

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_lines.h"
 #include "core/net/example.h"
 #include "core/net/registry.h"
 #include "tools/cli.h"
@@ -161,7 +162,7 @@ void print_primitive(const PrimitiveInfo& info) {
   }
   fmt::print("\n");
   for (const std::string& remark : remarks_of(info)) fmt::print("  {}\n", remark);
-  fmt::print("\n  a minimal net:\n{}\n", net_to_json(net::example_net(info)).dump(2));
+  fmt::print("\n  a minimal net:\n{}\n", in_lines(net_to_json(net::example_net(info))));
 }
 
 void print_list(const std::vector<const PrimitiveInfo*>& all) {

@@ -1,8 +1,10 @@
 #include "cell/build/site_devices.h"
 #include "core/base/text_location.h"
 #include "tools/cli.h"
+#include "tools/panel.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -12,6 +14,7 @@
 
 #include "app/process.h"
 #include "app/run_arguments.h"
+#include "cell/file/data_folder.h"
 #include "cell/replay/resimulation.h"
 #include "core/base/output_file.h"
 #include "core/base/processors.h"
@@ -22,7 +25,8 @@ namespace {
 
 struct RunVerbArguments : app::RunArguments {
   std::string file, from, image, resim, report;
-  bool dry_run = false, step = false;
+  bool dry_run = false, step = false, panel = false;
+  int port = 0;        // of the page
   int processor = -1;  // that the cycle has for itself; -1: any
 };
 
@@ -135,6 +139,15 @@ int resim(const RunVerbArguments& arguments, const Common& common) {
   return tell_resim(*comparison, run, common);
 }
 
+/// What cannot be together with --panel.
+void check_panel(const RunVerbArguments& arguments, Diagnostics& diagnostics) {
+  if (!arguments.panel) return;
+  if (arguments.step)
+    diagnostics.error(Code::kConflict, "--step", "steps are begun in the page", "Give --panel or --step");
+  if (arguments.dry_run)
+    diagnostics.error(Code::kConflict, "--dry-run", "a rehearsal has nothing to look at", "Give --panel or --dry-run");
+}
+
 int run(const RunVerbArguments& arguments, const Common& common) {
   if (!arguments.resim.empty()) return resim(arguments, common);
   Diagnostics diagnostics;
@@ -148,6 +161,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
     diagnostics.error(Code::kRequires, "--image", "a picture of the rehearsal without a rehearsal alone",
                       "Add --dry-run");
   opening.image = arguments.image;
+  check_panel(arguments, diagnostics);
   reserve_processor(arguments, diagnostics);
   options.processor = arguments.processor;
   if (diagnostics.has_errors()) return report(diagnostics, common);
@@ -170,8 +184,14 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   app::log_on_stderr(arguments.log, options);
   if (arguments.step) {
     options.before_step = app::ask_on_terminal;
-  } else {
+  } else if (!arguments.panel) {
     app::show_progress_of(options);
+  }
+  std::unique_ptr<RunPanel> panel;
+  if (arguments.panel) {
+    auto opened = RunPanel::open(**session, options, static_cast<unsigned short>(arguments.port), common);
+    if (!opened) return tools::report(opened.error(), common);
+    panel = std::move(*opened);
   }
   const cell::RunReport report = (*session)->run(options);
   app::clear_progress();
@@ -181,6 +201,8 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   } else if (report.verdict != cell::Verdict::kRefused) {
     fmt::print("{}", to_text(report, (*session)->description().title));
   }
+  std::fflush(stdout);
+  if (panel) panel->ended(report, options);
   return exit_status(report.verdict);
 }
 
@@ -190,7 +212,7 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   auto arguments = std::make_shared<RunVerbArguments>();
   CLI::App* verb =
       parser.add_subcommand("run", "Run a scenario file: a verdict, and a film and a recording if asked for");
-  auto* file = verb->add_option("FILE", arguments->file, "Scenario file");
+  auto* file = verb->add_option("FILE", arguments->file, "Scenario file, or the name of an installed one");
   app::add_run_options(*verb, *arguments);
   verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
   auto* resim =
@@ -206,6 +228,13 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   });
   verb->add_flag("--step", arguments->step,
                  "Wait before each step: Enter begins it, c continues without stops, q or the end of input cancels");
+  auto* panel = verb->add_flag("--panel", arguments->panel,
+                               "With a page for browsers, at the pace of the wall clock: see, start, pause, go step by "
+                               "step, change the speed, stop");
+  verb->add_option("--port", arguments->port, "With --panel: port of the page; 0, the default: any that is free")
+      ->type_name("N")
+      ->check(CLI::Range(0, 65535))
+      ->needs(panel);
   verb->add_option("--processor", arguments->processor,
                    "With --realtime: the processor that the cycle has for itself in this process")
       ->type_name("N")
@@ -215,7 +244,10 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
                    "With --dry-run: draw the posture of the first collision with both bodies marked; without a "
                    "collision the cell at its start")
       ->type_name("OUT.png");
-  return {verb, [arguments, &common] { return run(*arguments, common); }};
+  return {verb, [arguments, &common] {
+            arguments->file = cell::find_scenario(arguments->file);
+            return run(*arguments, common);
+          }};
 }
 
 }  // namespace takt::tools

@@ -32,8 +32,9 @@ void add_own_force(const DeviceEntry& entry, const device::Arm& arm, BuiltCell& 
   if (entry.own_force.empty()) return;
   auto felt = built.site->own_force(entry.name);
   if (felt == nullptr) felt = std::make_shared<device::ArmForce>(arm);
-  auto& sensor = built.core->add(std::make_unique<device::ForceTorqueSensor>(
-      entry.own_force, device::arm_force_description(arm.description()), std::move(felt)));
+  auto& sensor = built.core->add(
+      std::make_unique<device::ForceTorqueSensor>(entry.own_force, device::arm_force_description(arm.description()),
+                                                  built.commands->samples().tap(entry.own_force, std::move(felt))));
   expression::MountedSensor& mounted = built.cell.sensors[entry.own_force];
   mounted.device = &sensor;
   mounted.arm = entry.name;

@@ -8,6 +8,7 @@
 #include "cell/build/arm_kind.h"
 #include "cell/build/cell_models.h"
 #include "core/device/base_description.h"
+#include "core/device/conveyor.h"
 #include "core/kinematics/chain.h"
 #include "core/kinematics/link_path.h"
 
@@ -59,6 +60,7 @@ void CellFrames::want_devices(const Description& description, LoadedDevices devi
   for (const auto& device : devices) {
     if (device->on) want_mounted(*device);
     if (device->as<device::ArmDescription>()) want_arm(*device);
+    if (device->as<device::ConveyorDescription>()) want_belt(*device);
   }
 }
 
@@ -73,6 +75,15 @@ void CellFrames::want_arm(const LoadedDevice& arm) {
     wanted_.push_back({arm.pointer(), expression::link_frame(name, link), "", on_link(name, link),
                        fixed_in(name, description->links->find(link)->pose(start_of(arm)))});
   }
+}
+
+/// It goes with the belt, where its encoder says; at the start it is where the belt begins.
+void CellFrames::want_belt(const LoadedDevice& conveyor) {
+  namespace terminal = device::conveyor_terminal;
+  const std::string& name = conveyor.entry->name;
+  Relation moving{.kind = Relation::Kind::kChannel, .parent = name, .source = name + "/" + terminal::kPose};
+  moving.X_seen = conveyor.as<device::ConveyorDescription>()->X_MB;
+  wanted_.push_back({conveyor.pointer(), name + "/" + terminal::kBelt, "", moving, fixed_in(name, *moving.X_seen)});
 }
 
 /// What is mounted rides on the flange of the arm that carries it: an arm with its base, a tool with its mount frame

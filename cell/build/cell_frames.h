@@ -32,6 +32,7 @@ class CellFrames {
 
   void want_devices(const Description& description, LoadedDevices devices);
   void want_arm(const LoadedDevice& arm);
+  void want_belt(const LoadedDevice& conveyor);
   void want_mounted(const LoadedDevice& device);
   void want_objects(const Description& description);
   void want(std::string pointer, const std::string& name, const Placement& at, const Eigen::Isometry3d& drawn);

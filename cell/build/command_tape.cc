@@ -67,34 +67,6 @@ Compliance decode_compliance(CommandTrack::Row row) {
   return compliance;
 }
 
-/// Tool and load as the controller is told: pose of the tool centre point row by row (3x4), mass, centre, inertia.
-constexpr std::size_t kToolValues = 25;
-using ToolValues = std::array<double, kToolValues>;
-
-ToolValues encode(const device::ToolSetting& tool) {
-  ToolValues values{};
-  std::size_t next = 0;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column) values[next++] = tool.X_FT.matrix()(row, column);
-  values[next++] = tool.payload.mass;
-  for (int i = 0; i < 3; ++i) values[next++] = tool.payload.p_FC[i];
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) values[next++] = tool.payload.I_C(row, column);
-  return values;
-}
-
-device::ToolSetting decode_tool(CommandTrack::Row row) {
-  device::ToolSetting tool;
-  std::size_t next = 1;
-  for (int i = 0; i < 3; ++i)
-    for (int column = 0; column < 4; ++column) tool.X_FT.matrix()(i, column) = row[next++];
-  tool.payload.mass = row[next++];
-  for (int i = 0; i < 3; ++i) tool.payload.p_FC[i] = row[next++];
-  for (int i = 0; i < 3; ++i)
-    for (int column = 0; column < 3; ++column) tool.payload.I_C(i, column) = row[next++];
-  return tool;
-}
-
 CommandKind kind_of(CommandTrack::Row row) {
   return static_cast<CommandKind>(whole(row[0], static_cast<std::size_t>(CommandKind::kOutput)));
 }
@@ -143,7 +115,7 @@ class TappedArm final : public device::ArmBackend {
   /// By whoever runs the program, between cycles or beside one; the next cycle notes it.
   void set_tool(const device::ToolSetting& tool) override {
     if (tape_.noting()) {
-      const ToolValues values = encode(tool);
+      const ToolValues values = values_of(tool);
       (void)told_.put([&](std::byte* bytes) { std::memcpy(bytes, values.data(), sizeof(values)); });
     }
     if (!tape_.playing()) machine_->set_tool(tool);
@@ -152,7 +124,7 @@ class TappedArm final : public device::ArmBackend {
   [[nodiscard]] device::BackendTiming timing() const override { return machine_->timing(); }
 
   void execute_tool(CommandTrack::Row row) {
-    if (kind_of(row) == CommandKind::kSetPoint) machine_->set_tool(decode_tool(row));
+    if (kind_of(row) == CommandKind::kSetPoint) machine_->set_tool(tool_of(row.subspan(1)));
   }
   void execute(CommandTrack::Row row, std::int64_t cycle, Nanoseconds time) {
     switch (kind_of(row)) {
@@ -305,7 +277,7 @@ std::shared_ptr<device::ArmBackend> CommandTape::tap(const std::string& name,
                                                      std::shared_ptr<device::ArmBackend> backend, int joints) {
   CommandTrack& track = add(name, arm_values(joints));
   CommandTrack& tool = add(name + "/tool", 1 + kToolValues);
-  auto tapped = std::make_shared<TappedArm>(std::move(backend), track, tool, *this, joints);
+  auto tapped = std::make_shared<TappedArm>(samples_.tap(name, std::move(backend)), track, tool, *this, joints);
   TappedArm* const arm = tapped.get();
   players_.push_back({.execute = [arm](auto row, auto cycle, auto time) { arm->execute(row, cycle, time); }});
   players_.push_back({.execute = [arm](auto row, auto, auto) { arm->execute_tool(row); }});
@@ -315,7 +287,7 @@ std::shared_ptr<device::ArmBackend> CommandTape::tap(const std::string& name,
 std::shared_ptr<device::GripperBackend> CommandTape::tap(const std::string& name,
                                                          std::shared_ptr<device::GripperBackend> backend) {
   constexpr std::size_t kValues = 5;
-  auto tapped = std::make_shared<TappedGripper>(std::move(backend), add(name, kValues), *this);
+  auto tapped = std::make_shared<TappedGripper>(samples_.tap(name, std::move(backend)), add(name, kValues), *this);
   players_.push_back({.execute = [gripper = tapped.get()](auto row, auto, auto) { gripper->execute(row); }});
   return tapped;
 }
@@ -324,7 +296,7 @@ template <class T>
 std::shared_ptr<device::SignalOutputBackend<T>> CommandTape::tap(
     const std::string& name, std::shared_ptr<device::SignalOutputBackend<T>> backend) {
   constexpr std::size_t kValues = 2;
-  auto tapped = std::make_shared<TappedOutput<T>>(std::move(backend), add(name, kValues), *this);
+  auto tapped = std::make_shared<TappedOutput<T>>(samples_.tap(name, std::move(backend)), add(name, kValues), *this);
   players_.push_back({.execute = [output = tapped.get()](auto row, auto, auto) { output->execute(row); }});
   return tapped;
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cell/build/sample_tape.h"
 #include "core/base/time.h"
 #include "core/device/backend.h"
 #include "core/device/gripper.h"
@@ -97,6 +98,8 @@ class CommandTape {
   void end_cycle(std::int64_t cycle, Nanoseconds time);
   [[nodiscard]] const std::vector<std::unique_ptr<CommandTrack>>& tracks() const { return tracks_; }
   [[nodiscard]] bool playing() const { return playing_; }
+  /// What the same devices read.
+  [[nodiscard]] SampleTape& samples() { return samples_; }
   [[nodiscard]] bool noting() const { return recording_ && !playing_; }
 
   /// Hands a row over to the machine, as made in this cycle.
@@ -113,6 +116,7 @@ class CommandTape {
   };
   CommandTrack& add(const std::string& name, std::size_t values);
 
+  SampleTape samples_;
   std::vector<std::unique_ptr<CommandTrack>> tracks_;
   std::vector<Player> players_;  ///< one per track
   bool recording_ = false, playing_ = false;

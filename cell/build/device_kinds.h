@@ -10,6 +10,7 @@ namespace takt::cell {
 /// The kinds that takt itself brings, each from a file of its own. Realtime: setup.
 [[nodiscard]] std::unique_ptr<DeviceKind> arm_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> base_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> conveyor_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> force_torque_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> gripper_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> io_kind();

@@ -2,6 +2,7 @@
 #include "cell/build/built_cell.h"
 #include "cell/build/cell_frames.h"
 #include "cell/build/cell_models.h"
+#include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
 #include "cell/build/faulty_readings.h"
 #include "cell/build/site_devices.h"
@@ -69,8 +70,8 @@ class ForceTorqueKind final : public DeviceKind {
     auto backend = built.borrowed<device::ForceTorqueBackend>(built.world->force_torque(name));
     if (device.entry->may_fail) backend = built.with_faults<FaultySensor>(name, std::move(backend));
     auto wired = built.site->wire(device, std::move(backend));
-    auto& sensor =
-        built.core->add(std::make_unique<device::ForceTorqueSensor>(name, wired.description, std::move(wired.backend)));
+    auto& sensor = built.core->add(std::make_unique<device::ForceTorqueSensor>(
+        name, wired.description, built.commands->samples().tap(name, std::move(wired.backend))));
     const LoadedDevice* arm = carrying_arm(device);
     const device::PayloadSetting tool = measured_mass(device, all);
     built.cell.sensors[name] = {&sensor,   arm ? arm->entry->name : "", pose_on_arm(device) * model->X_MS, tool.mass,

@@ -200,6 +200,7 @@ class IoKind final : public DeviceKind {
                                            const SiteDevices::WiredIo& wired, bool may_fail, BuiltCell& built) {
     auto backend = inputs.at(terminal.channel->name);
     if (may_fail) backend = built.with_faults<FaultyInput<T>>(terminal.name, std::move(backend));
+    backend = built.commands->samples().tap<T>(terminal.name, std::move(backend));
     device::SignalInputDescription<T> description{.unit = terminal.channel->is_analog() ? terminal.channel->unit : "",
                                                   .sample_age_max = wired.description->sample_age_max};
     return built.core->add(

@@ -148,7 +148,8 @@ class ScrewdriverKind final : public DeviceKind {
     const auto add = [&]<class T>(T, const char* what, const char* unit, sim::SimGauge& gauge) {
       device::SignalInputDescription<T> description{.unit = unit, .sample_age_max = driver.sample_age_max};
       return &built.core->add(std::make_unique<device::SignalInput<T>>(
-          name + "/" + what, std::move(description), built.borrowed<device::SignalInputBackend<T>>(&gauge)));
+          name + "/" + what, std::move(description),
+          built.commands->samples().tap<T>(name + "/" + what, built.borrowed<device::SignalInputBackend<T>>(&gauge))));
     };
     built.cell.digital_inputs[name + "/clutch"] = add(bool{}, "clutch", "", machine.clutch);
     built.cell.digital_inputs[name + "/turning"] = add(bool{}, "turning", "", machine.turning);

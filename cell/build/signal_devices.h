@@ -4,6 +4,7 @@
 #include <string>
 
 #include "cell/build/built_cell.h"
+#include "cell/build/command_tape.h"
 #include "cell/build/faulty_readings.h"
 #include "cell/file/description.h"
 #include "core/device/signal.h"
@@ -17,6 +18,7 @@ device::SignalInput<T>& add_input(const std::string& name, const std::string& un
                                   bool may_fail, BuiltCell& built) {
   auto backend = built.borrowed<device::SignalInputBackend<T>>(built.world->input(name));
   if (may_fail) backend = built.with_faults<FaultyInput<T>>(name, std::move(backend));
+  backend = built.commands->samples().tap<T>(name, std::move(backend));
   device::SignalInputDescription<T> description{.unit = unit, .sample_age_max = sample_age_max};
   return built.core->add(std::make_unique<device::SignalInput<T>>(name, std::move(description), std::move(backend)));
 }

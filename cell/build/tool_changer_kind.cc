@@ -100,7 +100,9 @@ class ToolChangerKind final : public DeviceKind {
     const auto add = [&]<class T>(T, const char* which, const char* unit, sim::SimGauge& gauge) {
       device::SignalInputDescription<T> description{.unit = unit, .sample_age_max = model.sample_age_max};
       return &built.core->add(std::make_unique<device::SignalInput<T>>(
-          terminal_name(name, which), std::move(description), built.borrowed<device::SignalInputBackend<T>>(&gauge)));
+          terminal_name(name, which), std::move(description),
+          built.commands->samples().tap<T>(terminal_name(name, which),
+                                           built.borrowed<device::SignalInputBackend<T>>(&gauge))));
     };
     sim::SimGauge* const gauges[] = {&machine.locked, &machine.unlocked, &machine.ready_to_lock, &machine.coupled};
     for (std::size_t i = 0; i < std::size(kLockInputs); ++i)

@@ -53,7 +53,9 @@ class VacuumCupKind final : public DeviceKind {
     const auto input = [&]<class T>(T, const char* which, const char* unit, sim::SimGauge& gauge) {
       device::SignalInputDescription<T> description{.unit = unit, .sample_age_max = cup->sample_age_max};
       return &built.core->add(std::make_unique<device::SignalInput<T>>(
-          at_cup(name, which), std::move(description), built.borrowed<device::SignalInputBackend<T>>(&gauge)));
+          at_cup(name, which), std::move(description),
+          built.commands->samples().tap<T>(at_cup(name, which),
+                                           built.borrowed<device::SignalInputBackend<T>>(&gauge))));
     };
     built.cell.digital_inputs[at_cup(name, cup_terminal::kHolding)] =
         input(bool{}, cup_terminal::kHolding, "", machine->holding);

@@ -45,4 +45,13 @@ std::filesystem::path data_folder() {
   return std::filesystem::current_path();
 }
 
+std::string find_scenario(const std::string& name) {
+  std::error_code error;
+  const std::filesystem::path installed = data_folder() / "scenarios" / name;
+  if (name.empty() || std::filesystem::exists(name, error)) return name;
+  for (const std::string& file : {installed.string(), installed.string() + ".json"})
+    if (std::filesystem::is_regular_file(file, error)) return file;
+  return name;
+}
+
 }  // namespace takt::cell

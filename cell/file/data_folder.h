@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace takt::cell {
 
@@ -8,5 +9,9 @@ namespace takt::cell {
 /// that runs (a build tree, or share/takt of an install: a program that is linked with an install finds that one), else
 /// where the process was started. Realtime: setup.
 [[nodiscard]] std::filesystem::path data_folder();
+
+/// A scenario as somebody names it: that file, else the one of the install, there also without ".json"; `name` itself
+/// where there is neither. Realtime: setup.
+[[nodiscard]] std::string find_scenario(const std::string& name);
 
 }  // namespace takt::cell

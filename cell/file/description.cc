@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "cell/file/chart_files.h"
 #include "cell/file/copies.h"
 #include "cell/file/degrees.h"
 #include "core/base/angles.h"
@@ -484,6 +485,7 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
   for (const Override& change : overrides) apply(change, *document, diagnostics);
   write_out_copies(*document, diagnostics);
   std::vector<NetEntry> nets = read_nets(*document, folder, diagnostics);
+  read_charts(*document, folder, diagnostics);
   Description description = read_document(*document, purpose, diagnostics);
   description.nets = std::move(nets);
   description.text = document->dump(2) + "\n";

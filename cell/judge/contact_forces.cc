@@ -29,6 +29,17 @@ void ContactForces::add(std::span<const sim::BodyContact> contacts) {
   }
 }
 
+std::vector<sim::BodyContact> ContactForces::between_objects() const {
+  std::vector<sim::BodyContact> between;
+  for (const sim::BodyContact& contact : contacts_) {
+    const bool machine =
+        machines_[static_cast<std::size_t>(contact.a)] || machines_[static_cast<std::size_t>(contact.b)];
+    if (contact.force >= kHardlyTouching && !machine) between.push_back(contact);
+  }
+  std::ranges::stable_sort(between, std::greater{}, &sim::BodyContact::force);
+  return between;
+}
+
 std::vector<ContactForce> ContactForces::take() {
   std::vector<ContactForce> forces;
   for (const sim::BodyContact& contact : contacts_) {

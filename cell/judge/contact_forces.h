@@ -14,7 +14,8 @@ struct ContactForce {
 };
 
 /// Contacts as forces on machines, for films and recordings: per pair of bodies the greatest since take() was called
-/// last; where two machines touch, on the second. Thread: one at a time. Realtime: setup.
+/// last; where two machines touch, on the second. Beside them those between objects and with the floor. Thread: one at
+/// a time. Realtime: setup.
 class ContactForces {
  public:
   /// Machines are devices: not the world, and no objects, with a model or without.
@@ -22,6 +23,9 @@ class ContactForces {
 
   /// @param contacts  what World::take_contacts() gave
   void add(std::span<const sim::BodyContact> contacts);
+  /// Since take() was called last, of pairs in which there is no machine; the greatest first. What hardly touches, less
+  /// than 0.5 N, is left out.
+  [[nodiscard]] std::vector<sim::BodyContact> between_objects() const;
   /// The greatest first; what hardly touches, less than 0.5 N, is left out.
   [[nodiscard]] std::vector<ContactForce> take();
 

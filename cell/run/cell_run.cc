@@ -149,14 +149,14 @@ bool CellRun::after_cycle() {
 
 bool CellRun::look_on(const std::string& current) {
   tell_news();
-  if (!look_at_contacts()) return false;
+  if (!look_at_contacts(current)) return false;
   if (!film_) return true;
   const Stopwatch watch(options_.measure_times, report_.timing.rendering);
   report_.diagnostics.append(film_->add_state(current, variables_.biases));
   return !report_.diagnostics.has_errors();
 }
 
-bool CellRun::look_at_contacts() {
+void CellRun::take_contacts() {
   const auto contacts = built_.world->take_contacts();
   contact_log_.look(contacts, [this](auto name, const auto& text) { note("contact", name, text); });
   if (film_) film_->touched(contacts);
@@ -164,10 +164,32 @@ bool CellRun::look_at_contacts() {
   const auto where = [this] { return where_ ? where_() : std::string(); };
   fault_watch_.look(contact_log_, where,
                     [this](auto source, auto name, const auto& text) { note(source, name, text); });
-  const Diagnostics faults = contacts_.look(contacts, touching_);
+  contacts_.look(contacts, touching_);
+}
+
+bool CellRun::look_at_contacts(const std::string& current) {
+  take_contacts();
+  if (!contacts_.has_crashed()) return true;
+  see_crash_through(current);
+  const Diagnostics faults = contacts_.faults();
   for (const Diagnostic& fault : faults.list()) note("contact", "unexpected", fault.message);
   report_.diagnostics.append(faults);
-  return !faults.has_errors();
+  return false;
+}
+
+/// The motion goes on: no machine knows of a blow before its own bounds stop it, and the report is to say how hard it
+/// was. In real time, and with drivers, the run ends at once.
+void CellRun::see_crash_through(const std::string& current) {
+  if (options_.realtime || built_.site->has_drivers()) return;
+  while (!contacts_.is_over()) {
+    before_cycle();
+    built_.core->step();
+    if (!after_cycle()) return;
+    take_contacts();
+    if (!film_) continue;
+    report_.diagnostics.append(film_->add_state(current, variables_.biases));
+    if (report_.diagnostics.has_errors()) return;
+  }
 }
 
 bool CellRun::out_of_time(const std::string& current) {
@@ -457,6 +479,20 @@ bool CellRun::judge(bool whole, const std::function<std::string()>& run_again) {
   }
   return std::ranges::all_of(report_.expectations,
                              [=](const auto& result) { return result.passed || (whole && !result.judged); });
+}
+
+std::vector<ExpectationResult> CellRun::judge_now() const {
+  const Outcome outcome{built_,
+                        variables_,
+                        steps_begun_,
+                        to_seconds(built_.core->time()),
+                        rcc::to_string(built_.core->digest().value()),
+                        {},
+                        contact_log_.summaries(),
+                        contact_log_.standing()};
+  std::vector<ExpectationResult> results;
+  for (const auto& expectation : expectations_) results.push_back(expectation->judge(outcome));
+  return results;
 }
 
 /// For the recording and the log of the report; on the terminal the report says it.

@@ -66,6 +66,9 @@ class CellRun {
   /// A named step of the program has begun.
   void step_begun(std::string_view name);
 
+  /// What the expectations say now, of a run that goes on.
+  [[nodiscard]] std::vector<ExpectationResult> judge_now() const;
+
   /// Closes recording and film, and judges. @param interrupted  somebody asked for an end from outside
   /// @param run_again  digest of a second run of the same program; may be empty
   [[nodiscard]] RunReport finish(bool interrupted, const std::function<std::string()>& run_again);
@@ -92,7 +95,9 @@ class CellRun {
   void tell_of_drivers();
   void tell_of_screws();
   void tell_of_contacts();
-  [[nodiscard]] bool look_at_contacts();
+  void take_contacts();
+  [[nodiscard]] bool look_at_contacts(const std::string& current);
+  void see_crash_through(const std::string& current);
   void follow_steps(const LogEntry& entry);
   void tell_end(bool interrupted);
   [[nodiscard]] bool heard_from(const std::string& device) const;

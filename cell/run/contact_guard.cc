@@ -1,5 +1,7 @@
 #include "cell/run/contact_guard.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "core/expression/believed_shapes.h"
@@ -11,6 +13,10 @@ namespace {
 constexpr double kLeastForce = 0.1;
 /// What was allowed stays so until the bodies have been apart for as long: a touch bounces.
 constexpr Nanoseconds kParted = 100 * kMillisecond;
+/// A blow has passed its peak when it has been less for so long.
+constexpr Nanoseconds kBlowPassed = 50 * kMillisecond;
+/// From the first touch: no blow is waited for longer.
+constexpr Nanoseconds kLongestBlow = 500 * kMillisecond;
 
 }  // namespace
 
@@ -24,10 +30,9 @@ ContactGuard::ContactGuard(BuiltCell& built) : built_(built), names_(built.world
   }
 }
 
-Diagnostics ContactGuard::look(std::span<const sim::BodyContact> contacts, const TouchingNow& touching) {
-  Diagnostics faults;
+void ContactGuard::look(std::span<const sim::BodyContact> contacts, const TouchingNow& touching) {
   std::optional<collision::Touching> now;
-  if (!built_.cell.shapes->off.empty()) return faults;
+  if (!built_.cell.shapes->off.empty()) return;
   for (const sim::BodyContact& contact : contacts) {
     const Pair pair{contact.a, contact.b};
     if (!machines_[static_cast<std::size_t>(pair.first)] && !machines_[static_cast<std::size_t>(pair.second)]) continue;
@@ -36,9 +41,31 @@ Diagnostics ContactGuard::look(std::span<const sim::BodyContact> contacts, const
     if (is_allowed(pair, *now)) {
       in_contact_[pair] = built_.world->time();
     } else {
-      faults.add(fault(pair, contact.magnitude));
+      note_crash(pair, contact.magnitude);
     }
   }
+}
+
+void ContactGuard::note_crash(const Pair& pair, double force) {
+  const Nanoseconds time = built_.world->time();
+  auto crash = std::ranges::find(crashes_, pair, &Crash::pair);
+  if (crash == crashes_.end())
+    crash = crashes_.insert(crash, {.pair = pair, .begin = time, .peak_time = time, .first = force, .peak = force});
+  if (force <= crash->peak) return;
+  crash->peak = force;
+  crash->peak_time = time;
+}
+
+bool ContactGuard::is_over() const {
+  const Nanoseconds time = built_.world->time();
+  return std::ranges::all_of(crashes_, [time](const Crash& crash) {
+    return time - crash.peak_time >= kBlowPassed || time - crash.begin >= kLongestBlow;
+  });
+}
+
+Diagnostics ContactGuard::faults() const {
+  Diagnostics faults;
+  for (const Crash& crash : crashes_) faults.add(fault(crash));
   return faults;
 }
 
@@ -69,17 +96,21 @@ bool ContactGuard::is_allowed(const Pair& pair, const collision::Touching& touch
   return collision::ContactRules(shapes, situation).contact(a, b, touching) != collision::Contact::kForbidden;
 }
 
-Diagnostic ContactGuard::fault(const Pair& pair, double force) const {
+Diagnostic ContactGuard::fault(const Crash& crash) const {
   const auto name = [this](int body) {
     const std::string& own = names_[static_cast<std::size_t>(body)];
     return own.empty() ? built_.cell.shapes->scene.body(built_.cell.shapes->floor).name : own;
   };
+  const std::string later =
+      crash.peak > crash.first ? fmt::format("; {:.1f} N at most, at {:.3f} s", crash.peak, to_seconds(crash.peak_time))
+                               : "";
   return {.severity = Severity::kError,
           .code = Code::kUnexpectedContact,
           .file = {},
           .pointer = {},
-          .message = fmt::format("'{}' touches '{}' with {:.1f} N at {:.3f} s, and no step means to", name(pair.first),
-                                 name(pair.second), force, to_seconds(built_.world->time())),
+          .message =
+              fmt::format("'{}' touches '{}' with {:.1f} N at {:.3f} s, and no step means to{}", name(crash.pair.first),
+                          name(crash.pair.second), crash.first, to_seconds(crash.begin), later),
           .hint = "Use a guarded motion where a touch is meant, or add an entry to 'allow' in 'collisions'"};
 }
 

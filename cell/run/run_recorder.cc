@@ -143,8 +143,29 @@ void RunRecorder::add_channels(bool expects) {
   contacts_ = recorder_->add_events(std::string(record::kContactTopic));
   if (expects) expectations_ = recorder_->add_events(std::string(record::kExpectationTopic));
   forces_ = recorder_->add_samples(std::string(record::kContactForceTopic), contact_columns(), contact_units());
+  add_object_force_channel();
   log_ = recorder_->add_log(std::string(record::kLogTopic));
   if (with_blocks_) blocks_ = recorder_->add_events(std::string(record::kBlockTopic));
+}
+
+void RunRecorder::add_object_force_channel() {
+  std::vector<std::string> names = built_.world->body_names(), columns, units;
+  if (!names.empty()) names.front() = "floor";
+  std::map<std::string, std::vector<std::string>> words;
+  for (std::size_t i = 1; i <= record::kMostContactForces; ++i) {
+    for (const char* side : {"first", "second"}) {
+      columns.push_back(fmt::format("{}.{}", i, side));
+      units.emplace_back();
+      words[columns.back()] = names;
+    }
+    for (std::size_t field = 0; field < kContactFields.size(); ++field) {
+      columns.push_back(fmt::format("{}.{}", i, kContactFields[field]));
+      units.emplace_back(field < 3 ? "m" : "N");
+    }
+  }
+  object_row_.assign(columns.size(), std::numeric_limits<double>::quiet_NaN());
+  object_forces_ = recorder_->add_samples(std::string(record::kObjectForceTopic), std::move(columns), std::move(units),
+                                          std::move(words));
 }
 
 /// Parts that move by themselves have a topic of their own, which a golden holds.
@@ -256,8 +277,38 @@ void RunRecorder::add_contacts(std::span<const sim::BodyContact> contacts, const
   if (cycle - contacts_cycle_ < kPoseCycles) return;
   contacts_cycle_ = cycle;
   recorder_->begin_cycle(built_.core->time(), static_cast<std::uint64_t>(cycle));
+  write_object_forces();
   write_contacts();
   write_contact_wrenches(biases);
+}
+
+/// Most objects stand: a row is written where another pair is in it, or a force has changed by more than a hundredth.
+void RunRecorder::write_object_forces() {
+  constexpr double kChange = 0.01;
+  constexpr std::size_t kFields = 8, kForce = 5;
+  const auto contacts = contacts_since_.between_objects();
+  std::vector<double> row(object_row_.size(), std::numeric_limits<double>::quiet_NaN());
+  bool changed = false;
+  for (std::size_t i = 0; i < record::kMostContactForces; ++i) {
+    const std::span<double> now = std::span(row).subspan(kFields * i, kFields);
+    const std::span<const double> before = std::span(object_row_).subspan(kFields * i, kFields);
+    if (i >= contacts.size()) {
+      changed = changed || !std::isnan(before[0]);
+      continue;
+    }
+    const sim::BodyContact& contact = contacts[i];
+    now[0] = contact.a;
+    now[1] = contact.b;
+    std::copy_n(contact.point_W.data(), 3, now.begin() + 2);
+    std::copy_n(contact.force_W.data(), 3, now.begin() + kForce);
+    const Eigen::Vector3d old(before[kForce], before[kForce + 1], before[kForce + 2]);
+    const bool same = now[0] == before[0] && now[1] == before[1] &&
+                      (contact.force_W - old).norm() <= kChange * contact.force_W.norm();
+    changed = changed || !same;
+  }
+  if (!changed) return;
+  object_row_ = std::move(row);
+  recorder_->write(object_forces_, object_row_);
 }
 
 void RunRecorder::write_contact_wrenches(const expression::Biases& biases) {

@@ -21,7 +21,7 @@ namespace takt::cell {
 /// digest and the simulation's state of every cycle; what the program did, and what touched.
 ///   /NAME/joint_states, /NAME/set_point, /tf, /objects, /NAME/wrench, /NAME/gripper, /signals, /digest, /state,
 ///   /program, /contacts, /expectations, /log (those before it as other tools show them), /contact_forces: the greatest
-///   ones
+///   ones, /object_forces: those between objects
 /// With blocks, which the core has to keep: the digest of each block of each cycle too, in record::kBlockTopic.
 class RunRecorder {
  public:
@@ -33,8 +33,9 @@ class RunRecorder {
   /// After each cycle. Realtime: cyclic.
   void add_cycle();
   void add_event(const LogEntry& entry);
-  /// Between cycles: what machines touched since the last call, of which the greatest forces since the time before are
-  /// recorded fifty times a second; and as often the wrenches without weight and tared bias.
+  /// Between cycles: what touched since the last call, of which the greatest forces on machines, and those between
+  /// objects where they have changed, are recorded fifty times a second; and as often the wrenches without weight and
+  /// tared bias.
   void add_contacts(std::span<const sim::BodyContact> contacts, const expression::Biases& biases);
   /// With RunOptions::record_last: what was recorded last is to be written.
   void keep() { recorder_->keep(); }
@@ -62,6 +63,8 @@ class RunRecorder {
   void write_devices();
   void write_commands();
   void write_contacts();
+  void add_object_force_channel();
+  void write_object_forces();
   void write_contact_wrenches(const expression::Biases& biases);
   void write_blocks();
 
@@ -82,7 +85,9 @@ class RunRecorder {
   std::vector<Eigen::Isometry3d> free_poses_;
   ContactForces contacts_since_;     ///< the last row of them
   std::int64_t contacts_cycle_ = 0;  ///< of that row
+  std::vector<double> object_row_;   ///< of forces between objects, as it was written last
   record::ChannelId transforms_, objects_, digest_, state_, events_, contacts_, expectations_, forces_, log_, blocks_;
+  record::ChannelId object_forces_;
 };
 
 }  // namespace takt::cell

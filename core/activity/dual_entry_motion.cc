@@ -51,15 +51,16 @@ motion::Blend blend_of(const BlendingCondition& blending, const motion::Motion& 
 /// One of the two entries: under which names it shows how it ended, and how many motions of its
 /// predecessor it does first.
 struct Entry {
-  const char *touch, *force, *at_goal, *no_force, *suffix;
+  const char *touch, *force, *at_goal, *no_force, *lost, *off_force, *suffix;
   int before = 0;
 
   [[nodiscard]] std::string broken(int motion) const { return fmt::format("unless {}{}", motion, suffix); }
   [[nodiscard]] std::string silent(int motion) const { return fmt::format("unless {} silent{}", motion, suffix); }
 };
-constexpr Entry kFromRest{"touch", "force", "at goal", "no force", ""};
-constexpr Entry kFromBlend{"touch after a blend",    "force after a blend", "at goal after a blend",
-                           "no force after a blend", " after a blend",      1};
+constexpr Entry kFromRest{"touch", "force", "at goal", "no force", "lost", "off force", ""};
+constexpr Entry kFromBlend{
+    "touch after a blend", "force after a blend",     "at goal after a blend", "no force after a blend",
+    "lost after a blend",  "off force after a blend", " after a blend",        1};
 
 /// What must not hold stops it, each while its motion is being done.
 /// @param abort_if  of each motion, those of the predecessor, with numbers below 0, first
@@ -115,6 +116,14 @@ command::RuntimeCommand command_of(const Cell& cell, const DualEntryMotion& dual
     command.on_entered(silent, cancel(command));
     command.fails_if(silent.once());
     command.capture(entry.no_force, expression::tool_pose(cell, dual.clock), silent);
+    const auto leaves = [&](const char* state, const char* key) {
+      const State left = action.state(state);
+      command.on_entered(left, cancel(command));
+      command.fails_if(left.once());
+      command.capture(key, action.progress(), left);
+    };
+    leaves("lost_contact", entry.lost);
+    if (dual.offset->parameters.off_max) leaves("off_force", entry.off_force);
   }
   if (!options.until) return command;
   State until = *options.until;
@@ -215,7 +224,8 @@ GuardedOutcome outcome_of(const RunView& run, const GuardedEnd& end) {
     return outcome;
   }
   if (at_goal) return {.kind = kNotTouched};
-  return {.kind = run.may_have_failed() && !end.broken && !end.no_force ? kSensorSilent : kInterrupted};
+  return {.kind = run.may_have_failed() && !end.broken && !end.no_force && !end.lost && !end.off_force ? kSensorSilent
+                                                                                                       : kInterrupted};
 }
 
 void add_last(const expression::SubjectPtr& command, const BlendSource& motion, PlannedActivity& prepared) {
@@ -338,6 +348,8 @@ GuardedEnd guarded_end(const RunView& run, int motions) {
   GuardedEnd end;
   for (const Entry& entry : {kFromRest, kFromBlend}) {
     end.no_force = end.no_force || run.value<net::Frame>(entry.no_force).has_value();
+    if (const auto at = run.value<net::Real>(entry.lost)) end.lost = *at;
+    if (const auto at = run.value<net::Real>(entry.off_force)) end.off_force = *at;
     for (int i = -1; i < motions; ++i) {
       if (run.value<net::Real>(entry.silent(i))) end.broken = {.motion = i, .silent = true};
       if (run.value<net::Real>(entry.broken(i))) end.broken = {.motion = i, .silent = false};

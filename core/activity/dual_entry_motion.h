@@ -98,6 +98,8 @@ struct GuardedEnd {
   };
   std::optional<Broken> broken;
   bool no_force = false;  ///< with a force offset: the force was not known any more
+  /// With a force offset: where on the path, 0 to 1, contact or the band of the force had been left for too long.
+  std::optional<double> lost = {}, off_force = {};
 };
 /// @param motions  that it is made of
 [[nodiscard]] GuardedEnd guarded_end(const RunView& run, int motions = 1);

@@ -185,6 +185,7 @@ void Runtime::set_speed(const std::string& arm, double rate) {
 
 void Runtime::write_speed(const std::string& arm, double rate) {
   device::Channel* channel = core_.find_channel(speed_channel(arm));
+  if (channel != nullptr && options_.write_speed) return options_.write_speed(speed_channel(arm), rate);
   if (channel != nullptr) {
     channel->write(rate);
     return;

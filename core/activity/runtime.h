@@ -42,6 +42,8 @@ class Runtime {
     Variables* variables = nullptr;          ///< what the program measures; null: the runtime has its own
     EventSink event = {};                    ///< is told what happened; may be empty
     RealtimeSupport realtime = {};           ///< both outlive the runtime
+    /// Writes a channel of speed in place of the runtime, for a core that only follows; may be empty.
+    std::function<void(const std::string& channel, double value)> write_speed = {};
     /// Called with the name of each activity that is asked for; it may cancel() the program. May be empty.
     std::function<void(const std::string& name)> before_activity = {};
   };

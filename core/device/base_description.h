@@ -18,6 +18,7 @@ struct BaseDescription : ArmDescription {
   std::vector<std::string> wheels;                         ///< joints, in the order of the drive
   Eigen::Isometry3d X_FD = Eigen::Isometry3d::Identity();  ///< middle of the wheels in the body, m
   double wheel_speed = 0.0;                                ///< rad/s, largest
+  double wheel_friction = 0.7;                             ///< on the floor; default: a guess, rubber on dry concrete
   std::string mount_link;                                  ///< what an arm is screwed to
   Eigen::Isometry3d X_FM = Eigen::Isometry3d::Identity();  ///< its frame in the body, m
 };

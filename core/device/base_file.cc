@@ -75,6 +75,7 @@ class BaseReader {
                                              .track = drive.number("track_m", {}, kPositive)};
     }
     base_.wheel_speed = drive.number("wheel_speed_rad_s", {}, kPositive);
+    base_.wheel_friction = drive.number("wheel_friction", base_.wheel_friction, kPositive);
     read_wheels(drive);
     drive.finish();
   }

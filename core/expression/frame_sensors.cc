@@ -72,21 +72,6 @@ TwistSensor flange_twist(const Cell& cell, const std::string& arm, const Isometr
   return TwistSensor(node);
 }
 
-/// The twist of a frame that a channel moves; unknown while its values come more rarely than this, s.
-TwistSensor channel_twist(const Cell& cell, const std::string& name) {
-  constexpr double kOldest = 0.5;
-  auto node = std::make_shared<Expression>(*channel<net::Frame>(cell, name).node());
-  if (node->fault)
-    return TwistSensor(broken(node->fault->code, net::ValueType::kTwist, node->fault->message, node->fault->hint));
-  const Nanoseconds timeout = cell.channels.find(name)->second->description().timeout;
-  node->type = net::ValueType::kTwist;
-  node->output = "twist";
-  node->primitive = {.id = id_of("channel", name) + "-twist",
-                     .type = "FrameChannelTwist",
-                     .parameters = {{"channel", name}, {"age_max", timeout > 0 ? to_seconds(timeout) : kOldest}}};
-  return TwistSensor(node);
-}
-
 /// A frame in its parent.
 Place in_parent(const Cell& cell, const Relation& relation) {
   switch (relation.kind) {
@@ -145,6 +130,20 @@ ExpressionPtr unknown(const Cell& cell, net::ValueType type, const std::string& 
 }
 
 }  // namespace
+
+TwistSensor channel_twist(const Cell& cell, const std::string& name) {
+  constexpr double kOldest = 0.5;  // s; where values come more rarely, it is unknown
+  auto node = std::make_shared<Expression>(*channel<net::Frame>(cell, name).node());
+  if (node->fault)
+    return TwistSensor(broken(node->fault->code, net::ValueType::kTwist, node->fault->message, node->fault->hint));
+  const Nanoseconds timeout = cell.channels.find(name)->second->description().timeout;
+  node->type = net::ValueType::kTwist;
+  node->output = "twist";
+  node->primitive = {.id = id_of("channel", name) + "-twist",
+                     .type = "FrameChannelTwist",
+                     .parameters = {{"channel", name}, {"age_max", timeout > 0 ? to_seconds(timeout) : kOldest}}};
+  return TwistSensor(node);
+}
 
 FrameSensor pose_between(const Cell& cell, const std::string& of, const std::string& in) {
   const auto place = between(cell, of, in);

@@ -17,6 +17,9 @@ namespace takt::expression {
 /// two, and when they are older than the channel's timeout, or, without one, than 0.5 s.
 [[nodiscard]] TwistSensor twist_between(const Cell& cell, const std::string& of, const std::string& in);
 
+/// Velocity of the frame whose poses a channel gives, as a channel moves one (twist_between).
+[[nodiscard]] TwistSensor channel_twist(const Cell& cell, const std::string& name);
+
 /// The velocity of a point of the same body, so far away from the one of `twist` (m, in the same axes).
 [[nodiscard]] TwistSensor shift(const TwistSensor& twist, const VectorTerm& way);
 

@@ -34,7 +34,24 @@ void update_flange_frames(Cell& cell, const std::function<JointVector(const std:
   }
 }
 
+namespace {
+
+/// What channels move is where their newest values say.
+void see_channels(Cell& cell) {
+  for (const std::string& name : cell.frames.moving()) {
+    const world::Relation relation = *cell.frames.relation(name);
+    if (relation.kind != world::Relation::Kind::kChannel) continue;
+    const auto channel = cell.channels.find(relation.source);
+    if (channel == cell.channels.end() || channel->second == nullptr) continue;
+    const auto& pose = channel->second->slot<net::Frame>();
+    if (pose.null == 0) cell.frames.see(name, pose.value * relation.X_PF);
+  }
+}
+
+}  // namespace
+
 void update_flange_frames(Cell& cell) {
+  see_channels(cell);
   update_flange_frames(cell, [&](const std::string& name) {
     const MountedArm& arm = cell.arms.find(name)->second;
     const JointVector& sent = arm.set_point();

@@ -14,7 +14,7 @@ namespace takt::expression {
 /// known. Realtime: setup.
 void update_flange_frames(Cell& cell, const std::function<kinematics::JointVector(const std::string&)>& q_of);
 
-/// At the set points that were sent last, or where the arms start.
+/// At the set points that were sent last, or where the arms start; and frames that channels move where those say.
 void update_flange_frames(Cell& cell);
 
 /// The cell as it is when arms are elsewhere: what moves with them is there too; on an arm whose position has

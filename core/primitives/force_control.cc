@@ -6,6 +6,7 @@
 #include "core/net/registry.h"
 #include "core/net/setup.h"
 #include "core/primitives/arm_kinematics.h"
+#include "core/primitives/surface_observer.h"
 #include "core/primitives/timing.h"
 
 namespace takt::primitives {
@@ -99,18 +100,6 @@ class ServoStiffness final : public Primitive {
   int wait_ = 0;
 };
 
-/// A second-order low pass, by backward differences: stable for any figures.
-struct ServoLowPass {
-  double value = 0.0, rate = 0.0;
-
-  void begin(double at) { *this = {.value = at}; }
-  void update(double input, double frequency, double damping_ratio, double h) {
-    const double stiffness = h * frequency * frequency;
-    rate = (rate + stiffness * (input - value)) / (1.0 + 2.0 * h * damping_ratio * frequency + h * stiffness);
-    value += h * rate;
-  }
-};
-
 /// How hard it is where the tool presses, arm and surface in series: the slope of the force over the travel, of the
 /// last tenth of a second.
 class SlopeEstimate {
@@ -149,6 +138,11 @@ class ForceController final : public Primitive {
                                        "that moves is learned as one that is tilted",
                                 .on_null = OnNull::kMayPass,
                                 .optional = true})),
+        moves_(setup.in<Real>("moves", {.unit = "m/s",
+                                        .doc = "as fast as the tool is moved along the approach, a cycle ago; without "
+                                               "it as fast as was wanted",
+                                        .on_null = OnNull::kMayPass,
+                                        .optional = true})),
         held_back_(setup.in<Boolean>(
             "held_back",
             {.doc = "the tool cannot go where the velocity would take it: nothing is learned of the surface meanwhile",
@@ -219,6 +213,7 @@ class ForceController final : public Primitive {
     brought_up_ = brought_up_ || at_force;
     measure(h);
     adapt_gain(error, h);
+    feel_surface(h);
     move(h);
     velocity_.set(last_);
     contact_.set(in_contact_);
@@ -226,11 +221,13 @@ class ForceController final : public Primitive {
   }
 
  private:
-  static constexpr double kMeanRate = 125.0;    ///< 1/s: 20 Hz
-  static constexpr double kLeastTravel = 1e-6;  ///< m: nothing is known of a surface before
-  static constexpr double kSoftTravel = 2e-5;   ///< m: nothing is known of a soft one before
-  static constexpr double kCaution = 1.25;      ///< times the slope that was seen
-  static constexpr double kSoftest = 0.02;      ///< of the arm's own stiffness: no surface counts as softer
+  static constexpr double kMeanRate = 125.0;     ///< 1/s: 20 Hz
+  static constexpr double kShare = 0.25;         ///< of what dead time and resonance allow
+  static constexpr double kObservedShare = 0.2;  ///< likewise, where an observer of the surface takes part
+  static constexpr double kLeastTravel = 1e-6;   ///< m: nothing is known of a surface before
+  static constexpr double kSoftTravel = 2e-5;    ///< m: nothing is known of a soft one before
+  static constexpr double kCaution = 1.25;       ///< times the slope that was seen
+  static constexpr double kSoftest = 0.02;       ///< of the arm's own stiffness: no surface counts as softer
   /// Times the arm's own stiffness: no surface can make it harder than 1, so from here on the figures of the arm are
   /// wrong, and what is seen counts. Blows and noise stay below.
   static constexpr double kImpossible = 1.5;
@@ -239,7 +236,6 @@ class ForceController final : public Primitive {
   static constexpr double kIntegralShare = 0.5;  ///< of the rate of the law
   static constexpr double kEdge = 0.66;          ///< of the wanted force: what misses more than that is no slope
   static constexpr double kPathRests = 1e-3;     ///< m/s: a path that is slower shows nothing of a tilt
-  static constexpr double kSteepest = 1.0;       ///< tilt, m/m: 45 degrees
 
   static double number(Setup& setup, const char* name, const char* unit, const char* doc, const char* example,
                        const char* range) {
@@ -252,15 +248,12 @@ class ForceController final : public Primitive {
     in_contact_ = touched_ = brought_up_ = false;
     lost_for_ = 0;
     last_ = mean_ = 0.0;
-    forget_motion();
+    drift_ = 0.0;
+    surface_.begin();
     filter_.begin(0.0);
     forget_surface(0.0);
   }
   [[nodiscard]] Vector path() const { return path_.null() ? Vector::Zero() : *path_; }
-  void forget_motion() {
-    drift_ = 0.0;
-    tilt_.setZero();
-  }
   /// What the next touch shows begins with it.
   void forget_surface(double force) {
     begin_measuring(force, 0.0);
@@ -278,7 +271,8 @@ class ForceController final : public Primitive {
               .natural_frequency = frequency_.value_or(filter_frequency_),
               .damping_ratio = damping_.value_or(1.0)};
     dead_time_ = sensor_delay_ + delay_.value_or(h);
-    rate_ = 0.25 / (dead_time_ + servo_.damping_time());
+    observes_ = integral_ && servo_.stiffness > 0.0 && servo_.natural_frequency >= SurfaceObserver::kFastest;
+    rate_ = (observes_ ? kObservedShare : kShare) / (dead_time_ + servo_.damping_time());
     base_ = servo_.stiffness > 0.0 ? rate_ / servo_.stiffness : gain_;
     if (gain_ > 0.0) base_ = servo_.stiffness > 0.0 ? std::min(gain_, kMostGain * base_) : gain_;
   }
@@ -291,12 +285,14 @@ class ForceController final : public Primitive {
       in_contact_ = touched_ = true;
       lost_for_ = 0;
       forget_surface(*force_);
+      surface_.meet(*force_);
     }
     lost_for_ = *force_ < release_ ? lost_for_ + 1 : 0;
     if (lost_for_ <= cycles_of(release_time_, h)) return;
     in_contact_ = brought_up_ = false;
     learned_ = seen_ = 0.0;
-    forget_motion();
+    drift_ = 0.0;
+    surface_.fade(h);
   }
 
   /// Until the force has been there once the filter does not hold back what brakes: so it does not go beyond.
@@ -334,15 +330,24 @@ class ForceController final : public Primitive {
     return impossible ? std::min(base_, gain_on(kCaution * seen_)) : std::max(base_, learned_);
   }
 
-  /// A change of the surface's velocity, m/s. Along a path it is the tilt that is learned, so that it is right at every
-  /// speed and in every direction.
+  /// Under a tool that follows a path: what comes and goes with the way.
+  void feel_surface(double h) {
+    if (!integral_) return;
+    surface_.move(moves_.value_or(last_), last_path_);
+    last_path_ = path();
+    if (!observes_) return;
+    const bool knows_motion = !moves_.null() || !held_back_.value_or(false);
+    const bool touches = in_contact_ && lost_for_ == 0 && knows_motion;
+    surface_.feel(*force_, servo_, dead_time_, touches, h);
+  }
+  /// A change of the surface's velocity, m/s: where no path moves; and along a path, as one of its tilt, under an arm
+  /// that is too slow for an observer.
   void learn(double change) {
     const double square = path().squaredNorm();
-    if (square > kPathRests * kPathRests) {
-      tilt_ += change / square * path();
-      tilt_ *= std::min(1.0, kSteepest / std::max(tilt_.norm(), kSteepest));
-    } else {
+    if (square <= kPathRests * kPathRests) {
       drift_ = std::clamp(drift_ + change, -velocity_max_, velocity_max_);
+    } else if (!observes_) {
+      surface_.lean(change / square * path());
     }
   }
 
@@ -350,10 +355,11 @@ class ForceController final : public Primitive {
     double wanted = approach_;
     if (touched_) {
       const double per_newton = gain();
-      const double law = per_newton * filter_.value + drift_ + tilt_.dot(path());
-      // Where it has lost the surface it does not come back faster than it came.
-      const double fastest = in_contact_ && lost_for_ == 0 ? velocity_max_ : approach_;
-      wanted = std::clamp(law, -velocity_max_, fastest);
+      const double law = per_newton * filter_.value + drift_ + surface_.velocity(path());
+      // Where it has lost the surface it does not come back faster than it came, beside what the surface goes away.
+      const bool touches = in_contact_ && lost_for_ == 0;
+      const double fastest = touches ? velocity_max_ : approach_ + std::max(0.0, surface_.velocity(path()));
+      wanted = std::clamp(law, -velocity_max_, std::min(fastest, velocity_max_));
       if (integral_ && brought_up_ && wanted == law && !held_back_.value_or(false)) {
         const double lesson = std::clamp(filter_.value, -kEdge * *wanted_, kEdge * *wanted_);
         learn(kIntegralShare * rate_ * per_newton * lesson * h);
@@ -368,6 +374,7 @@ class ForceController final : public Primitive {
 
   In<Real> wanted_, force_, stiffness_, frequency_, damping_, delay_;
   In<Vector> path_;
+  In<Real> moves_;
   In<Boolean> held_back_;
   Out<Real> velocity_;
   Out<Boolean> contact_, at_force_;
@@ -377,6 +384,7 @@ class ForceController final : public Primitive {
 
   device::ServoResponse servo_;
   double dead_time_ = 0.0, rate_ = 0.0, base_ = 0.0;
+  bool observes_ = false;  ///< the surface; else an integral part learns its tilt
   bool in_contact_ = false, touched_ = false, brought_up_ = false;
   std::int64_t lost_for_ = 0;
   ServoLowPass filter_;            ///< of the missing force
@@ -386,8 +394,8 @@ class ForceController final : public Primitive {
   double learned_ = 0.0;  ///< gain for the surface as it was measured; 0: not measured
   double last_ = 0.0;     ///< velocity
   double drift_ = 0.0;    ///< velocity of the surface, where no path moves
-  Vector tilt_ =
-      Vector::Zero();  ///< of the surface: its height over the way along the path, in the axes of path_velocity
+  SurfaceObserver surface_;
+  Vector last_path_ = Vector::Zero();
   double mean_ = 0.0;  ///< force
 };
 

@@ -242,6 +242,10 @@ std::string SimArm::fault_text(std::uint32_t fault) const {
       return "stopped by category 2: controlled stop, held in position";
     case ArmFault::kExternalTorque:
       return fmt::format("protective stop: the external torque on {} is too large", joint);
+    case ArmFault::kTips:
+      return plant_.drive && std::isfinite(plant_.drive->beyond())
+                 ? fmt::format("it tips over: the load is {:.0f} mm beyond its wheels", 1e3 * plant_.drive->beyond())
+                 : "it tips over: nothing is left on its wheels";
   }
   return "unknown fault " + std::to_string(fault);
 }
@@ -367,16 +371,19 @@ void SimArm::stick_or_let_go() {
 /// What motors, friction, and what holds the joints do to them.
 JointVector SimArm::torque_on_plant(double duration) {
   JointVector friction = q_;
+  const auto gripped = [this](const JointVector& torque) {
+    return plant_.drive ? plant_.drive->gripped(torque, dq_true_) : torque;
+  };
   if (braked_ || stuck_) {
     JointVector held = q_;
     drives_.holding_torque(q_true_, dq_true_, held);
-    if (stuck_) return plant_.drive->held(held, q_true_, dq_true_, duration);
+    if (stuck_) return gripped(plant_.drive->held(held, q_true_, dq_true_, duration));
     drives_.friction(dq_true_, friction);
-    return held - friction;
+    return gripped(held - friction);
   }
   drives_.friction(dq_true_, friction);
   if (!plant_.drive) return motor_torque_ - friction;
-  return plant_.drive->on_plant(motor_torque_, q_true_, dq_true_, duration) - friction;
+  return gripped(plant_.drive->on_plant(motor_torque_, q_true_, dq_true_, duration) - friction);
 }
 
 /// Torques that a motor's current tells of hold the friction of its joint and what accelerates its rotor; only what is
@@ -410,6 +417,10 @@ void SimArm::protect() {
 void SimArm::measure(const mjData_& data, Nanoseconds now) {
   for (Eigen::Index i = 0; i < joint_torque_.size(); ++i) {
     joint_torque_[i] -= plant_.armature[i] * data.qacc[plant_.velocity_address[static_cast<std::size_t>(i)]];
+  }
+  if (plant_.drive) {
+    plant_.drive->weigh(data, plant_.period);
+    if (plant_.drive->tips()) trip(ArmFault::kTips);
   }
   gather(data);
   device::ArmSample sample;

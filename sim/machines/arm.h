@@ -29,6 +29,7 @@ enum class ArmFault : std::uint32_t {
   kStopped1 = 6,
   kStopped2 = 7,
   kExternalTorque = 8,  ///< protective stop: pushed by its surroundings, or pushing
+  kTips = 9,            ///< of a base: the load is beyond its wheels
 };
 /// A fault word is the fault, and from bit 8 on the number of the joint that it is about, from 1; 0: of none.
 [[nodiscard]] constexpr ArmFault fault_kind(std::uint32_t word) { return static_cast<ArmFault>(word & 0xffu); }

@@ -63,7 +63,11 @@ Result<ArmPlant> arm_plant(const mjModel& model, const mjData& data, const World
       turning[i].velocity_address = model.jnt_dofadr[id];
       turning[i].inertia = model.dof_M0[turning[i].velocity_address];
     }
-    plant.drive.emplace(*arm.drive, std::move(turning), description.seed, arm.name);
+    const auto address = [&](const char* suffix) {
+      return model.sensor_adr[mj_name2id(&model, mjOBJ_SENSOR, (support_sensor(arm.name) + suffix).c_str())];
+    };
+    const BaseDrive::Support support{.force_address = address("/force"), .torque_address = address("/torque")};
+    plant.drive.emplace(*arm.drive, std::move(turning), support, description.seed, arm.name);
   }
   plant.payload = arm.payload ? *arm.payload : nominal_payload(description, arm.robot, arm.flange_link);
   return plant;

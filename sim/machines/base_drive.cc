@@ -14,14 +14,17 @@ Eigen::Vector2d turned(double angle, const Eigen::Vector2d& v) { return Eigen::R
 
 }  // namespace
 
-BaseDrive::BaseDrive(const SimDriveDescription& description, Wheels wheels, std::uint64_t seed, const std::string& name)
-    : description_(description), wheels_(std::move(wheels)), noise_(seed, name + "/odometry") {}
+BaseDrive::BaseDrive(const SimDriveDescription& description, Wheels wheels, const Support& support, std::uint64_t seed,
+                     const std::string& name)
+    : description_(description), wheels_(std::move(wheels)), support_(support), noise_(seed, name + "/odometry") {}
 
 const kinematics::DifferentialDrive* BaseDrive::differential() const {
   return std::get_if<kinematics::DifferentialDrive>(&description_.drive);
 }
 
-bool BaseDrive::exact() const { return description_.error == OdometryError{} && differential() == nullptr; }
+bool BaseDrive::exact() const {
+  return description_.error == OdometryError{} && differential() == nullptr && !has_slipped_;
+}
 
 void BaseDrive::start(const JointVector& q_true) {
   last_ = counted_ = q_true;
@@ -36,6 +39,12 @@ void BaseDrive::count(const JointVector& q_true, const JointVector& dq_true, Joi
     return;
   }
   const OdometryError& error = description_.error;
+  if (slips_) {  // the wheels stand
+    last_ = q_true;
+    q = counted_;
+    dq.setZero();
+    return;
+  }
   // The way in the axes of the body, half way between: what wheels can tell of it.
   const Eigen::Vector3d step = Eigen::Vector3d(q_true) - last_;
   Eigen::Vector2d way = turned(-(last_.z() + 0.5 * step.z()), step.head<2>());
@@ -71,6 +80,43 @@ double BaseDrive::tyre_force(const kinematics::DifferentialDrive& drive, double 
   deflection_ = std::clamp(deflection_ + duration * speed_left, -most, most);
   const double force = -drive.lateral_stiffness * (deflection_ + kDamping * speed_left);
   return std::clamp(force, -drive.lateral_force, drive.lateral_force);
+}
+
+void BaseDrive::weigh(const mjData& data, double duration) {
+  const Eigen::Map<const Eigen::Vector3d> force(data.sensordata + support_.force_address);
+  const Eigen::Map<const Eigen::Vector3d> torque(data.sensordata + support_.torque_address);
+  load_ = std::max(0.0, force.z());
+  if (load_ > 0.0) {
+    // The casters of two wheels on an axle are not known, so only sideways.
+    const auto* mecanum = std::get_if<kinematics::MecanumDrive>(&description_.drive);
+    const double track = mecanum != nullptr ? mecanum->track : differential()->track;
+    beyond_ = std::abs(torque.x() / load_) - 0.5 * track;
+    if (mecanum != nullptr) beyond_ = std::max(beyond_, std::abs(torque.y() / load_) - 0.5 * mecanum->wheelbase);
+  } else {
+    beyond_ = std::numeric_limits<double>::infinity();
+  }
+  beyond_for_ = beyond_ > 0.0 ? beyond_for_ + duration : 0.0;
+}
+
+JointVector BaseDrive::gripped(const JointVector& force, const JointVector& dq_true) {
+  const double lever = std::visit([](const auto& drive) { return drive.lever(); }, description_.drive);
+  const double along = force.head<2>().norm(), most = description_.grip * load_;
+  JointVector result = force;
+  bool beyond = false, backward = false;
+  if (along > most) {
+    result.head<2>() *= most / along;
+    beyond = true;
+    backward = force.head<2>().dot(dq_true.head<2>()) < 0.0;
+  }
+  if (std::abs(force[2]) > most * lever) {
+    result[2] = std::copysign(most * lever, force[2]);
+    beyond = true;
+    backward = backward || force[2] * dq_true[2] < 0.0;
+  }
+  // What the wheels push against slides over the floor; what they drive takes them along.
+  slips_ = beyond && backward;
+  has_slipped_ = has_slipped_ || slips_;
+  return result;
 }
 
 JointVector BaseDrive::on_plant(const JointVector& force, const JointVector& q_true, const JointVector& dq_true,
@@ -113,6 +159,11 @@ void BaseDrive::stream(StateStream& state) {
   state.vector(last_);
   state.vector(counted_);
   state(deflection_);
+  state(load_);
+  state(beyond_);
+  state(beyond_for_);
+  state(slips_);
+  state(has_slipped_);
 }
 
 }  // namespace takt::sim

@@ -251,6 +251,7 @@ class Checker {
     require(e.angular_scale > 0.0, at, "the odometry's angular scale", e.angular_scale, "> 0");
     require(std::isfinite(e.heading_drift), at, "the odometry's heading drift", e.heading_drift, "a number");
     require(e.random_walk >= 0.0, at, "the odometry's random walk", e.random_walk, ">= 0");
+    require(drive.grip > 0.0, at, "the friction of the wheels", drive.grip, "> 0");
     const auto robot = std::ranges::find(world_.robots, arm.robot, &RobotDescription::name);
     if (robot == world_.robots.end() || !robot->model) return;
     for (const std::string& wheel : drive.wheels) {

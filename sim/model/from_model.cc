@@ -56,7 +56,8 @@ SimArmDescription simulated_arm(std::string name, std::string robot, const devic
 
 SimArmDescription simulated_base(std::string name, std::string robot, const device::BaseDescription& model) {
   SimArmDescription base = simulated_arm(std::move(name), std::move(robot), model);
-  base.drive = SimDriveDescription{.drive = model.drive, .wheels = model.wheels, .X_FD = model.X_FD};
+  base.drive = SimDriveDescription{
+      .drive = model.drive, .wheels = model.wheels, .X_FD = model.X_FD, .grip = model.wheel_friction};
   return base;
 }
 

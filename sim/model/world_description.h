@@ -214,9 +214,13 @@ struct OdometryError {
 struct SimDriveDescription {
   kinematics::WheelDrive drive;
   std::vector<std::string> wheels;  ///< joints of the robot, in the order of the drive; they turn with the motion
-  Pose X_FD = Pose::Identity();     ///< middle of the wheels in the flange
+  Pose X_FD = Pose::Identity();     ///< middle of the wheels in the flange, on the floor
+  double grip = 0.7;                ///< friction of the wheels on the floor
   OdometryError error = {};
 };
+
+/// Name of the sensor of what the floor does to the wheels of a base; "/force" and "/torque" of it in the model.
+[[nodiscard]] inline std::string support_sensor(const std::string& device) { return device + "/support"; }
 
 struct SimArmDescription {
   std::string name;  ///< of the device

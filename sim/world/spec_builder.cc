@@ -91,7 +91,8 @@ class Builder {
     mjsBody* root = mjs_findBody(&spec_, "world");
     mount_on("", root, {}, true);
     for (const auto& camera : world_.cameras) add(camera);
-    for (const auto& sensor : world_.force_torque_sensors) add(sensor);
+    for (const auto& sensor : world_.force_torque_sensors) add_wrench(sensor.name, sensor.tool_side, sensor.X_LS);
+    for (const auto& arm : world_.arms) add_support(arm);
     for (const auto& gripper : world_.grippers) couple(gripper);
     for (const auto& changer : world_.tool_changers) add_locks(changer);
   }
@@ -378,17 +379,33 @@ class Builder {
     made->fovy = camera.vertical_field_of_view * 180.0 / std::numbers::pi;
   }
 
-  void add(const SimForceTorqueDescription& sensor) {
-    mjsSite* site = mjs_addSite(mjs_findBody(&spec_, sensor.tool_side.c_str()), nullptr);
-    mjs_setName(site->element, sensor.name.c_str());
-    set_pose(*site, sensor.X_LS);
+  /// What the floor does to the wheels of a base: all that its joints carry.
+  void add_support(const SimArmDescription& arm) {
+    if (!arm.drive) return;
+    const auto& robot = *std::ranges::find(world_.robots, arm.robot, &RobotDescription::name);
+    std::string link = arm.flange_link;
+    Pose X_LD = arm.drive->X_FD;
+    auto joint = std::ranges::find(robot.model->joints, link, &Joint::child);
+    for (; joint != robot.model->joints.end() && joint->type == JointType::kFixed;
+         joint = std::ranges::find(robot.model->joints, link, &Joint::child)) {
+      X_LD = joint->X_PJ * X_LD;
+      link = joint->parent;
+    }
+    add_wrench(support_sensor(arm.name), robot.name + "/" + link, X_LD);
+  }
+
+  /// What the parent of a body does to it.
+  void add_wrench(const std::string& name, const std::string& body, const Pose& X_LS) {
+    mjsSite* site = mjs_addSite(mjs_findBody(&spec_, body.c_str()), nullptr);
+    mjs_setName(site->element, name.c_str());
+    set_pose(*site, X_LS);
     site->group = 5;  // never drawn
     for (const auto& [type, suffix] : {std::pair(mjSENS_FORCE, "/force"), std::pair(mjSENS_TORQUE, "/torque")}) {
       mjsSensor* made = mjs_addSensor(&spec_);
-      mjs_setName(made->element, (sensor.name + suffix).c_str());
+      mjs_setName(made->element, (name + suffix).c_str());
       made->type = type;
       made->objtype = mjOBJ_SITE;
-      mjs_setString(made->objname, sensor.name.c_str());
+      mjs_setString(made->objname, name.c_str());
     }
   }
 

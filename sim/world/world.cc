@@ -18,6 +18,7 @@
 #include "sim/contact/free_motion.h"
 #include "sim/contact/islands.h"
 #include "sim/contact/rest.h"
+#include "sim/contact/sweep.h"
 #include "sim/contact/thread_law.h"
 #include "sim/machines/arm_plant.h"
 #include "sim/model/description_check.h"
@@ -49,6 +50,7 @@ struct World::Impl {
   ThreadLaw threads;
   Rest rest;
   FreeMotion free_motion;
+  Sweep sweep;
   Physics physics;
   Nanoseconds now = 0;
   // In the order of the description, kind after kind: inputs after what they read; last the devices of
@@ -216,6 +218,7 @@ void World::Impl::physics_step(Nanoseconds end) {
     for (auto& watch : watches) watch.keep_resting(*m, *d, touching, rest);
     if (contact_list) contact_list->keep_resting(*m, *d, rest);
   }
+  sweep.stop(*m, *d);
   look();
   if (!threads.empty() && threads.watch(*m, *d, solids, end)) look();
   if (!settles) return;
@@ -321,6 +324,12 @@ Result<World> World::create(const WorldDescription& description, const SpecHook&
   impl->threads = ThreadLaw(*impl->model, description, impl->solids);
   impl->contacts.emplace(*impl->model, description);
   impl->free_motion = FreeMotion(*impl->model);
+  std::vector<bool> open(static_cast<std::size_t>(impl->model->ngeom));
+  for (int geom = 0; geom < static_cast<int>(impl->model->ngeom); ++geom) {
+    const Solid* solid = impl->solids.find(geom);
+    open[static_cast<std::size_t>(geom)] = solid != nullptr && !solid->bores.empty();
+  }
+  impl->sweep = Sweep(*impl->model, std::move(open));
   impl->set_start(description);
   diagnostics = impl->add_arms(description);
   impl->add_sensors(description);

@@ -1,6 +1,7 @@
 // Collisions in the rehearsal and in the run, and the distance as a sensor (docs/world.md).
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -437,6 +438,26 @@ TEST(Run, AContactThatNoStepMeansIsAFault) {
   const RunReport report = run_of(mistaken().with(kAbove + kNearTable), seed_of_a_high_block());
   EXPECT_EQ(report.verdict, Verdict::kError);
   EXPECT_THAT(report.diagnostics, Reports(Code::kUnexpectedContact, "", {"block", "N", "s"}));
+}
+
+/// The block is soft: the force goes on to rise for half a second, until the run ends.
+TEST(Run, TheReportOfACrashHasItsPeak) {
+  Description description = parsed(mistaken().with(kAbove + kNearTable));
+  description.seed = seed_of_a_high_block();
+  std::optional<std::size_t> watch;
+  std::vector<double> forces;
+  RunOptions options;
+  options.after_cycle = [&](BuiltCell& built) {
+    if (!watch) watch = built.world->watch_contact("probe", "block").value();
+    if (built.world->contact(*watch).force > 0.1) forces.push_back(built.world->contact(*watch).force);
+    return true;
+  };
+  const RunReport report = test::run(std::move(description), options);
+  EXPECT_EQ(report.verdict, Verdict::kError);
+  ASSERT_GT(forces.size(), 50u) << "it goes on after the first touch";
+  const double peak = std::ranges::max(forces);
+  EXPECT_GT(peak, 5.0 * forces.front());
+  EXPECT_THAT(report.diagnostics, Reports(Code::kUnexpectedContact, "", {fmt::format("{:.1f} N at most", peak)}));
 }
 
 TEST(Run, AContactThatAStepMeansIsNone) {

@@ -139,6 +139,85 @@ TEST(ForceFigures, ASlidingForceIsTheOneThatIsWanted) {
   }
 }
 
+struct Slide {
+  const char* arm;
+  double speed;  ///< m/s
+};
+
+/// A pipe of 150 mm radius, its crown where the top of the block is.
+const Surface kPipe{.parts = R"({"shape": "cylinder", "radius_m": 0.15, "length_m": 0.3,
+    "position_m": [0, 0, -0.125], "rpy_deg": [0, 90, 0]})"};
+
+std::string slide_over_pipe(double speed, const std::string& more) {
+  return press(10.0, R"(, "seconds": 0.3)") +
+         fmt::format(R"(, {{"do": "lin", "to": {{"by_m": [0, 0.08, 0]}}, "velocity_m_s": {}, "acceleration": 0.3,
+      "force_offset": {{"force_N": 10, "reach_m": 0.03, "velocity_max_m_s": 0.04{}}}}})",
+                     speed, more);
+}
+
+TEST(ForceFigures, TheForceIsHeldOverTheCrownOfAPipe) {
+  for (const double stiffness : {1e5, 6e5}) {
+    for (const Slide& one : {Slide{"lwr4plus", 0.02}, {"lwr4plus", 0.05}, {"ur5", 0.05}, {"tx90", 0.02}}) {
+      SCOPED_TRACE(fmt::format("{} {} m/s on {} N/m", one.arm, one.speed, stiffness));
+      Surface pipe = kPipe;
+      pipe.stiffness = stiffness;
+      const Trace trace = run(one.arm, pipe, slide_over_pipe(one.speed, ""));
+      ASSERT_EQ(trace.report.verdict, Verdict::kPassed) << trace.report.diagnostics.to_string();
+      // All but the first 0.3 s, in which the slope of the pipe's side begins at once.
+      const auto cycles = static_cast<std::size_t>(1e3 * 0.08 / one.speed);
+      EXPECT_NEAR(trace.mean(cycles - 300), 10.0, 0.05 * 10.0) << "deviation " << trace.deviation(cycles - 300);
+      EXPECT_GT(std::ranges::min(trace.end(cycles)), 0.0) << "contact is never lost";
+    }
+  }
+}
+
+/// A ball of 5 mm climbs it within 3 mm. What takes that for a slope rises on behind it.
+TEST(ForceFigures, AnEdgeIsNoSlope) {
+  const Surface edge{.parts = R"({"shape": "box", "size_m": [0.1, 0.3, 0.05]},
+    {"shape": "box", "size_m": [0.1, 0.1, 0.05], "position_m": [0, 0.05, 0.001]})"};
+  for (const char* arm : {"lwr4plus", "ur5"}) {
+    for (const double speed : {0.02, 0.05}) {
+      SCOPED_TRACE(fmt::format("{} {} m/s", arm, speed));
+      const Trace trace =
+          run(arm, edge,
+              press(8.0, R"(, "seconds": 0.5)") + fmt::format(R"(, {{"do": "lin", "to": {{"by_m": [0, 0.08, 0]}},
+        "velocity_m_s": {}, "acceleration": 0.5, "force_offset": {{"force_N": 8, "reach_m": 0.03}}}})",
+                                                              speed));
+      ASSERT_EQ(trace.report.verdict, Verdict::kPassed) << trace.report.diagnostics.to_string();
+      const auto cycles = static_cast<std::size_t>(1e3 * 0.08 / speed);
+      EXPECT_GT(std::ranges::min(trace.end(cycles)), 0.0) << "contact is never lost";
+      EXPECT_GT(std::ranges::max(trace.end(cycles)), 1.3 * 8.0) << "the edge is there";
+    }
+  }
+}
+
+TEST(ForceFigures, AForceThatIsLeftForLongerThanDeclaredIsSaidSo) {
+  // It begins 40 mm before the crown and ends 60 mm behind it, lower than it may go.
+  const auto slide = [](const char* more) {
+    return press(10.0, R"(, "seconds": 0.3)") +
+           fmt::format(R"(, {{"do": "lin", "to": {{"by_m": [0, 0.1, 0]}}, "velocity_m_s": 0.02, "acceleration": 0.3,
+      "force_offset": {{"force_N": 10, "reach_m": 0, "retreat_m": 0.03{}}}}})",
+                       more);
+  };
+  const Trace lost = run("lwr4plus", kPipe, slide(R"(, "lost_max_s": 0.1)"));
+  EXPECT_EQ(lost.report.verdict, Verdict::kError);
+  EXPECT_TRUE(lost.ended_by("/force_offset/lost_max_s")) << lost.report.diagnostics.to_string();
+  const Trace off = run("lwr4plus", kPipe, slide(R"(, "lost_max_s": 100, "off_force_max_s": 0.2)"));
+  EXPECT_EQ(off.report.verdict, Verdict::kError);
+  EXPECT_TRUE(off.ended_by("/force_offset/off_force_max_s")) << off.report.diagnostics.to_string();
+  const Trace allowed = run("lwr4plus", kPipe, slide(R"(, "lost_max_s": 100)"));
+  EXPECT_EQ(allowed.report.verdict, Verdict::kPassed) << allowed.report.diagnostics.to_string();
+}
+
+TEST(ForceFigures, AGentleLineIsPlannedByDefault) {
+  const Trace trace = run("lwr4plus", kPipe,
+                          press(10.0, R"(, "seconds": 0.3)") +
+                              R"(, {"do": "lin", "to": {"by_m": [0, 0.08, 0]}, "velocity_m_s": 0.01,
+      "force_offset": {"force_N": 10, "reach_m": 0.03}})");
+  ASSERT_EQ(trace.report.verdict, Verdict::kPassed) << trace.report.diagnostics.to_string();
+  EXPECT_NEAR(trace.mean(8000), 10.0, 0.5);
+}
+
 TEST(ForceFigures, DeeperThanExpectedIsSaidSo) {
   // 20 N sink 2 mm into a soft block.
   const Trace deep = run("lwr4plus", {.stiffness = 1e4}, press(20.0, R"(, "depth_max_m": 0.001)"));

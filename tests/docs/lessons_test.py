@@ -49,8 +49,8 @@ def jpeg_size(data):
 
 
 class Lessons(unittest.TestCase):
-    def test_they_are_twenty_and_numbered_without_a_gap(self):
-        self.assertEqual([file.stem[:3] for file in FILES], [f"{n:02}-" for n in range(1, 21)])
+    def test_they_are_twenty_one_and_numbered_without_a_gap(self):
+        self.assertEqual([file.stem[:3] for file in FILES], [f"{n:02}-" for n in range(1, 22)])
         self.assertEqual([page_of(file) for file in FILES], sorted(PAGES.glob("[0-9]*.md")), "a page for each, and no other")
 
     def test_the_table_has_a_row_for_each(self):

@@ -108,6 +108,17 @@ class Activities(unittest.TestCase):
                 self.assertGreaterEqual(len(report["expectations"]), 3)
                 self.assertEqual(report["diagnostics"], [])
 
+    def test_python_has_the_same_bits(self):
+        """examples/python: the same programs, each with the digest of its twin."""
+        python = {**os.environ, "PYTHONPATH": str(BUILD / "python")}
+        for program in self.programs():
+            with self.subTest(program):
+                done = subprocess.run([ROOT / "build/venv/bin/python3", "-B", ROOT / f"examples/python/{program}.py", "--json"],
+                                      capture_output=True, text=True, env=python)
+                self.assertTrue(done.stdout, done.stderr[-2000:])
+                report, twin = json.loads(done.stdout), self.report(program)
+                self.assertEqual((report["result"], report["digest"]), (twin["result"], twin["digest"]))
+
     def test_pick_and_place_is_short(self):
         text = (self.SOURCE / "02_pick_and_place.cc").read_text()
         lines = [line for line in text.split("\n") if line.strip() and not line.strip().startswith("//")]

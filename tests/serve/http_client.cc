@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const device::ModelLibrary& library() {
+const device::ModelLibrary& own_models() {
   static const device::ModelLibrary models({"models"});
   return models;
 }
@@ -87,10 +87,11 @@ int Client::load(const Json& net) const {
   return id;
 }
 
-Served::Served(bool realtime, const Server::Options& options) {
+Served::Served(bool realtime, const Server::Options& options, const std::string& file, const std::string& recordings) {
   HostedCell::Options hosting;
   hosting.run.realtime = realtime;
-  auto opened = HostedCell::open("scenarios/touch.json", library(), hosting);
+  hosting.recordings = recordings;
+  auto opened = HostedCell::open(file, own_models(), hosting);
   if (!opened) throw std::runtime_error(opened.error().to_string());
   cell = std::move(*opened);
   auto listening = Server::open(*cell, options);
@@ -112,7 +113,7 @@ void Served::await_connection() const {
 }
 
 Json Served::motion() {
-  auto session = cell::Session::open("scenarios/touch.json", library());
+  auto session = cell::Session::open("scenarios/touch.json", own_models());
   if (!session) throw std::runtime_error(session.error().to_string());
   return net_to_json((*session)->nets().at(0).net);
 }

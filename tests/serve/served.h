@@ -58,7 +58,9 @@ struct Client {
 /// A cell that is served, on a thread, until the end of the test.
 class Served {
  public:
-  explicit Served(bool realtime, const Server::Options& options = {});
+  /// @param file  scenario or cell; @param recordings  folder of recordings; empty: none
+  explicit Served(bool realtime, const Server::Options& options = {}, const std::string& file = "scenarios/touch.json",
+                  const std::string& recordings = {});
   ~Served();
   Served(const Served&) = delete;
   Served& operator=(const Served&) = delete;

@@ -12,9 +12,9 @@ SCENARIO = "scenarios/touch.json"
 
 
 class Served:
-    def __init__(self, takt, *options, token=None):
+    def __init__(self, takt, *options, token=None, file=SCENARIO):
         self.token = token
-        self.process = subprocess.Popen([takt, "serve", SCENARIO, "--port", "0", *options], stderr=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen([takt, "serve", file, "--port", "0", *options], stderr=subprocess.PIPE, text=True)
         while True:
             line = self.process.stderr.readline()
             found = re.search(r"http://127\.0\.0\.1:(\d+)", line)

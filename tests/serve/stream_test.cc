@@ -191,6 +191,22 @@ TEST(Streams, MonitorsShowValuesOfNetsAndArms) {
   EXPECT_EQ(ended["reason"], "net");
 }
 
+TEST(Streams, ASensorIsWatchedWithoutANet) {
+  Served served(false);
+  StreamClient stream(served);
+  stream.send({{"op", "monitor"}, {"id", 1}, {"sensor", "wrist"}, {"every", 10}});
+  EXPECT_EQ(stream.await("monitored")["type"], "Wrench");
+  Client client = served.client();
+  client.take_lease();
+  (void)client.post("/v1/steps", {{"cycles", 20}});
+  const auto frame = stream.frame();
+  ASSERT_TRUE(frame);
+  const FrameEntry* wrench = frame->of(1);
+  ASSERT_NE(wrench, nullptr);
+  EXPECT_EQ(wrench->type, 8);
+  EXPECT_EQ(wrench->numbers().size(), 6u);
+}
+
 TEST(Streams, ASlowClientGetsFewerValuesAndTheNewest) {
   Served served(false);
   Client client = served.client();
@@ -353,6 +369,7 @@ TEST(Streams, BrokenMessagesCloseOrAreRefused) {
         {{{"op", "monitor"}, {"id", 1}, {"poses", true}, {"arm", "arm"}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"poses", false}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"arm", "amr"}, {"value", "q_measured"}}, 422},
+        {{{"op", "monitor"}, {"id", 1}, {"sensor", "wirst"}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"channel", "nothing"}}, 422},
         {{{"op", "monitor"}, {"id", 1}, {"net", 77}, {"port", "a.b"}}, 422},
         {{{"op", "rate"}, {"id", 1}, {"every", 1}}, 404},

@@ -272,6 +272,79 @@ TEST(RollingBase, WheelsRollAsTheBodyMoves) {
   EXPECT_NEAR(wheel_angle(world, "right_wheel") - wheel_angle(world, "left_wheel"), 0.538 / 0.2404, 0.01);
 }
 
+/// What a base weighs with all that it carries, N.
+double weight_of(const World& world) {
+  const mjModel* m = world.physics_model();
+  return 9.81 * m->body_subtreemass[world.body("base/body")];
+}
+
+/// On a floor that is smooth, so that the brakes hold more than the wheels.
+TEST(SimBase, SlipsWhereAPushIsMoreThanItsWheelsHold) {
+  constexpr double kGrip = 0.3;
+  WorldDescription description = base_alone();
+  description.arms.back().drive->grip = kGrip;
+  World world = make(description);
+  ASSERT_TRUE(world.step());
+  world.arm("base")->brake();
+  const int body = world.body("base/body");
+  const double grip = kGrip * weight_of(world);
+  const auto pushed = [&](double force, int cycles) {
+    world.push(body, Eigen::Vector3d(force, 0, 0));
+    for (int i = 0; i < cycles; ++i) EXPECT_TRUE(world.step());
+    return truth(world)[0];
+  };
+  ASSERT_GT(grip, 0.0);
+  EXPECT_LT(pushed(0.9 * grip, 500), 2e-3) << "it holds";
+  (void)pushed(0.0, 500);
+  const double begin = truth(world)[0];
+  const double mass = weight_of(world) / 9.81, a = 0.2 * grip / mass;
+  const double way = pushed(1.2 * grip, 500) - begin;
+  // Its wheels, which turn with it in the simulation, add a little to its mass.
+  EXPECT_NEAR(way, 0.5 * a * 0.25, 0.15 * way);
+  (void)pushed(0.0, 500);
+  const double slid = truth(world)[0] - begin;
+  EXPECT_NEAR(slid, way * 1.2, 0.1 * slid) << "it brakes with its friction: a sixth of the way";
+  EXPECT_LT(measured(world)[0], 5e-3) << "its wheels have not turned";
+}
+
+TEST(SimBase, TipsWhereTheLoadIsBeyondItsWheels) {
+  const auto fault_with = [](double mass, const Eigen::Vector3d& at) {
+    WorldDescription description = base_alone();
+    ObjectDescription load = box("load", {0.1, 0.1, 0.1}, at);
+    load.mount.parent = "base/body";
+    load.mass = mass;
+    description.objects.push_back(load);
+    World world = make(description);
+    device::ArmSample sample;
+    for (int i = 0; i < 300; ++i) EXPECT_TRUE(world.step());
+    EXPECT_TRUE(world.arm("base")->read(sample));
+    return fault_kind(sample.fault);
+  };
+  // Of 22 kg and its wheels, which stand 150 mm to the left and right of its middle, 235 mm before and behind it.
+  EXPECT_EQ(fault_with(10.0, {0.0, 0.3, 0.3}), ArmFault::kNone);
+  EXPECT_EQ(fault_with(100.0, {0.0, 0.3, 0.3}), ArmFault::kTips);
+  EXPECT_EQ(fault_with(100.0, {0.0, 0.1, 0.3}), ArmFault::kNone);
+  EXPECT_EQ(fault_with(100.0, {0.2, 0.0, 0.3}), ArmFault::kNone);
+  EXPECT_EQ(fault_with(100.0, {-0.4, 0.0, 0.3}), ArmFault::kTips);
+}
+
+/// A short push at the top leaves a wheel without load for a moment, and the base falls back.
+TEST(SimBase, AShortBlowDoesNotTipIt) {
+  const auto fault_after = [](int cycles) {
+    World world = make(base_alone());
+    const int body = world.body("base/body");
+    world.push(body, Eigen::Vector3d::Zero(), Eigen::Vector3d(0.3 * weight_of(world), 0, 0));
+    for (int i = 0; i < cycles; ++i) EXPECT_TRUE(world.step());
+    world.push(body, Eigen::Vector3d::Zero());
+    for (int i = 0; i < 200; ++i) EXPECT_TRUE(world.step());
+    device::ArmSample sample;
+    EXPECT_TRUE(world.arm("base")->read(sample));
+    return fault_kind(sample.fault);
+  };
+  EXPECT_EQ(fault_after(50), ArmFault::kNone);
+  EXPECT_EQ(fault_after(150), ArmFault::kTips);
+}
+
 TEST(SimBase, ASnapshotHoldsTheOdometry) {
   WorldDescription description = base_alone({.linear_scale = 1.02, .random_walk = 0.01});
   World world = make(description);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_lines.h"
 #include "core/base/json_numbers.h"
 #include "core/device/material.h"
 #include "core/kinematics/robot_model.h"
@@ -115,7 +116,7 @@ Result<void> write_all(const ObjectOptions& options, const Solid& solid, const O
   device["base"] = "base";
   if (!options.material.empty()) device["material"] = options.material;
   std::vector<std::pair<fs::path, std::string>> files{{options.name + ".urdf", xml_of(urdf_of(options, solid))},
-                                                      {"device.json", without_noise(device).dump(2) + "\n"},
+                                                      {"device.json", in_lines(without_noise(device)) + "\n"},
                                                       {"README.md", object_readme(options, report)},
                                                       {"meshes/surface.obj", obj_of(solid.surface)}};
   for (std::size_t i = 0; i < solid.parts.size(); ++i)

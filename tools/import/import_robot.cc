@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json.h"
+#include "core/base/json_lines.h"
 #include "core/base/json_numbers.h"
 #include "core/device/device_file.h"
 #include "core/kinematics/chain.h"
@@ -129,7 +130,7 @@ Result<void> finish(const ImportOptions& options, Draft& draft, const Workshop& 
   }
   nlohmann::ordered_json device = guess_device(options.name, *robot, *chain, draft);
   if (!options.title.empty()) device["title"] = options.title;
-  if (auto written = workshop.write("device.json", without_noise(device).dump(2) + "\n"); !written) return written;
+  if (auto written = workshop.write("device.json", in_lines(without_noise(device)) + "\n"); !written) return written;
   const auto arm = device::read_arm(folder);
   if (!arm) return std::unexpected(arm.error());
   if (options.trial)

@@ -104,7 +104,9 @@ class FollowPose final : public VelocityModel {
       : target_(target.node()), parameters_(parameters) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
   [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override {
-    return with_speed({target_}, parameters_);
+    std::vector<expression::ExpressionPtr> formulas{target_};
+    if (parameters_.target_twist) formulas.push_back(parameters_.target_twist->node());
+    return with_speed(std::move(formulas), parameters_);
   }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
     return check_positive({{"linear_max", parameters_.linear_max, "m/s"},
@@ -129,14 +131,18 @@ class FollowPose final : public VelocityModel {
   }
 
  private:
-  /// From where the tool was sent last to the target, with a gain.
+  /// From where the tool was sent last to the target, with a gain; and as the target moves.
   void add_velocity(expression::FragmentWriter& fragment, const ActuatorModel& actuator) const override {
     add_tool(fragment, actuator, "now", "set_point_q");
     add_linked(fragment, "difference", "FrameDifference", {{"from", "now.frame"}});
     fragment.feed(target_, "difference.to");
     fragment.add("gain", "ConstantReal", {{"value", parameters_.gain}});
     add_linked(fragment, "velocity", "ScaleTwist", {{"twist", "difference.value"}, {"factor", "gain.value"}});
-    add_limit(fragment, actuator, "velocity.value", parameters_);
+    if (!parameters_.target_twist) return add_limit(fragment, actuator, "velocity.value", parameters_);
+    fragment.add("target_twist", "DefaultToTwist", {{"fallback", net::value_to_json(net::Twist{})}});
+    fragment.feed(parameters_.target_twist->node(), "target_twist.input");
+    add_linked(fragment, "with_target", "AddTwists", {{"a", "velocity.value"}, {"b", "target_twist.value"}});
+    add_limit(fragment, actuator, "with_target.value", parameters_);
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(parameters_); }
 

@@ -18,6 +18,9 @@ struct TrackingParameters {
   double angle = 1e-3;       ///< of `arrived`, rad
   /// Share of the wanted velocity, 0 to 1, beside the speed of the actuator; 0 or null: the arm rests.
   std::optional<expression::RealSensor> speed = {};
+  /// Of `follow`: velocity of the target, of its origin in the axes of the arm's base. It is fed forward, so that the
+  /// tool does not lag behind. Nothing or null: only the difference is followed.
+  std::optional<expression::TwistSensor> target_twist = {};
 };
 
 /// Manual control: the tool centre point moves with a velocity in the axes of the base while a dead-man switch is held.
@@ -25,8 +28,8 @@ struct TrackingParameters {
 [[nodiscard]] Action jog(const expression::TwistSensor& velocity, const expression::State& enabled,
                          const TrackingParameters& bounds = {});
 
-/// The tool centre point follows a pose in the arm's base; without a target it comes to rest. Offers `arrived`,
-/// `error`: there is no target.
+/// The tool centre point follows a pose in the arm's base: the velocity of the target, and a gain on the difference
+/// between target and set point; without a target it comes to rest. Offers `arrived`, `error`: there is no target.
 [[nodiscard]] Action follow(const expression::FrameSensor& target, const TrackingParameters& parameters = {});
 
 /// The joints go to a target that may change in every cycle, as fast as shares of their limits allow; without a target

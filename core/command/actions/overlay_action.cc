@@ -179,32 +179,45 @@ class OffsetBudget {
     if (motion_.shares.empty()) share_ = 1.0;
   }
 
+  /// What the offset may have of the jerk: as much as was wished for, or what the motion leaves.
+  [[nodiscard]] double jerk() const {
+    double least = std::min(parameters_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
+    const ForceControlParameters& force = parameters_.force;
+    for_each_place([&](double, const motion::JointSample&, const JointOffset& offset) {
+      for (Eigen::Index i = 0; i < offset.per_metre.size(); ++i) {
+        const double s = std::abs(offset.per_metre[i]);
+        const double path =
+            3.0 * (std::abs(offset.rate[i]) * force.acceleration_max + std::abs(offset.bend[i]) * force.velocity_max);
+        if (s > kLeastShare) least = std::min(least, ((1.0 - share_) * arm_.limits.jerk[i] / kMargin - path) / s);
+      }
+      return true;
+    });
+    return std::max(least, kLeastJerk * parameters_.jerk_max);
+  }
+
   [[nodiscard]] Diagnostics check() {
     Diagnostics diagnostics;
     const ForceControlParameters& force = parameters_.force;
+    const double may = jerk();
     check_use(diagnostics, "acceleration", -1, 0.0, force.acceleration_max,
               (1.0 - share_) * arm_.cartesian.linear_acceleration);
-    check_use(diagnostics, "jerk", -1, 0.0, parameters_.jerk_max, (1.0 - share_) * arm_.cartesian.linear_jerk);
-    const double step = std::max((motion_.duration() - begin_) / places_, kLeastStep_s);
-    for (double at = begin_; at <= motion_.duration() && diagnostics.empty(); at += step) {
-      const auto sample = motion::joints_at(arm_, motion_, at);
-      const auto offset = sample ? offset_at(*sample) : std::nullopt;
-      if (!offset) break;  // no plan lets that happen
-      for (Eigen::Index i = 0; i < offset->per_metre.size(); ++i) {
-        const double s = std::abs(offset->per_metre[i]), ds = std::abs(offset->rate[i]),
-                     dds = std::abs(offset->bend[i]);
-        const double v = force.velocity_max, a = force.acceleration_max, j = parameters_.jerk_max;
+    check_use(diagnostics, "jerk", -1, 0.0, may, (1.0 - share_) * arm_.cartesian.linear_jerk);
+    for_each_place([&](double at, const motion::JointSample& sample, const JointOffset& offset) {
+      for (Eigen::Index i = 0; i < offset.per_metre.size(); ++i) {
+        const double s = std::abs(offset.per_metre[i]), ds = std::abs(offset.rate[i]), dds = std::abs(offset.bend[i]);
+        const double v = force.velocity_max, a = force.acceleration_max, j = may;
         const double x = std::max(parameters_.reach, parameters_.retreat);
         const int joint = static_cast<int>(i);
         const double share = at / std::max(motion_.duration(), kLeastStep_s);
         check_use(diagnostics, "velocity", joint, share, kMargin * (s * v + ds * x),
-                  arm_.limits.velocity[i] - std::abs(sample->dq[i]));
+                  arm_.limits.velocity[i] - std::abs(sample.dq[i]));
         check_use(diagnostics, "acceleration", joint, share, kMargin * (s * a + 2.0 * ds * v + dds * x),
                   (1.0 - share_) * arm_.limits.acceleration[i]);
         check_use(diagnostics, "jerk", joint, share, kMargin * (s * j + 3.0 * ds * a + 3.0 * dds * v),
                   (1.0 - share_) * arm_.limits.jerk[i]);
       }
-    }
+      return diagnostics.empty();
+    });
     return diagnostics;
   }
 
@@ -215,11 +228,23 @@ class OffsetBudget {
   /// What differs between samples, and at the offset from on the path.
   static constexpr double kMargin = 1.1;
   static constexpr double kRounding = 1e-9;
+  static constexpr double kLeastJerk = 0.25;   ///< of what was wished for
+  static constexpr double kLeastShare = 1e-9;  ///< rad/m: a joint that does not take part
 
   /// How far the joints go for a metre along the direction; its first two derivatives by time, as the path moves.
   struct JointOffset {
     JointVector per_metre, rate, bend;
   };
+  /// @param visit  at (s), sample, offset; false: it is enough
+  template <typename Visit>
+  void for_each_place(const Visit& visit) const {
+    const double step = std::max((motion_.duration() - begin_) / places_, kLeastStep_s);
+    for (double at = begin_; at <= motion_.duration(); at += step) {
+      const auto sample = motion::joints_at(arm_, motion_, at);
+      const auto offset = sample ? offset_at(*sample) : std::nullopt;
+      if (!offset || !visit(at, *sample, *offset)) return;  // no plan lets the first happen
+    }
+  }
   /// The derivatives from a moment before and one after, so that they are right wherever the offset begins.
   [[nodiscard]] std::optional<JointOffset> offset_at(const motion::JointSample& path) const {
     constexpr double h = kLeastStep_s;
@@ -280,13 +305,16 @@ class ForceOffset final : public ActionModel {
   }
   [[nodiscard]] std::vector<std::string> states() const override {
     std::vector<std::string> states = motion_->states();
-    states.insert(states.end(), {"in_contact", "at_force", "no_force"});
+    states.insert(states.end(), {"in_contact", "at_force", "no_force", "lost_contact"});
+    if (parameters_.off_max) states.emplace_back("off_force");
     return states;
   }
   [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
                                       const Json& parameters) const override {
     if (name == "in_contact") return "force_law.contact";
     if (name == "at_force") return "force_law.at_force";
+    if (name == "lost_contact") return add_left(fragment, "lost", "force_law.contact", parameters_.lost_max);
+    if (name == "off_force") return add_left(fragment, "off", "force_law.at_force", *parameters_.off_max);
     return name == "no_force" ? "no_force.value" : motion_->add_state(fragment, name, parameters);
   }
   [[nodiscard]] std::vector<device::Seam> begins() const override { return motion_->begins(); }
@@ -341,12 +369,29 @@ class ForceOffset final : public ActionModel {
     fragment.link("path_motion.linear", "force_law.path_velocity");
     add_begin(fragment, contribution.path_clock);
     add_stand(fragment, contribution.path_clock);
-    add_offset(fragment, contribution);
+    const auto* arm = actuator.arm();
+    const PlannedPath path = motion_->planned_path();
+    add_offset(fragment, contribution,
+               arm == nullptr ? parameters_.jerk_max : OffsetBudget(*arm, path, parameters_, begin()).jerk());
     contribution.done = expression::Signal::at(add_done(fragment, contribution.done.port));
     return contribution;
   }
 
  private:
+  /// True once a state that has been there is not there any more for so long, before the end.
+  static std::string add_left(expression::FragmentWriter& fragment, const std::string& name, const std::string& state,
+                              double longest) {
+    const std::string known = name + "_known", seen = name + "_seen", gone = name + "_gone", after = name + "_after",
+                      away = name + "_away", stays = name + "_stays", over = name + "_over";
+    add_linked(fragment, known, "DefaultToBoolean", {{"input", state}}, {{"fallback", false}});
+    add_linked(fragment, seen, "SetResetLatch", {{"set", known + ".value"}}, {{"reset", false}});
+    add_linked(fragment, gone, "Not", {{"input", known + ".value"}});
+    add_linked(fragment, after, "And", {{"a", seen + ".value"}, {"b", gone + ".value"}});
+    add_linked(fragment, stays, "Not", {{"input", "ending.value"}});
+    add_linked(fragment, away, "And", {{"a", after + ".value"}, {"b", stays + ".value"}});
+    add_linked(fragment, over, "OnDelay", {{"input", away + ".value"}}, {{"delay", longest}});
+    return over + ".value";
+  }
   /// Path time from which the motion is one of the frame to its end, with motion first_ or in it; nothing: it is not.
   [[nodiscard]] std::optional<double> begin_of(const PlannedPath& path) const {
     if (first_ > path.handed_over.size()) return std::nullopt;
@@ -380,7 +425,7 @@ class ForceOffset final : public ActionModel {
     fragment.link("rate_with_force.value", clock + ".target_rate");
   }
 
-  void add_offset(expression::FragmentWriter& fragment, Contribution& contribution) const {
+  void add_offset(expression::FragmentWriter& fragment, Contribution& contribution, double jerk) const {
     add_linked(fragment, "ending", "Or", {{"a", contribution.path_clock + ".at_end"}});
     fragment.feed(fragment.cancel(), "ending.b");
     std::string rests = "ending.value";
@@ -394,8 +439,9 @@ class ForceOffset final : public ActionModel {
                 {"upper", parameters_.reach},
                 {"velocity_max", parameters_.force.velocity_max},
                 {"acceleration_max", parameters_.force.acceleration_max},
-                {"jerk_max", parameters_.jerk_max}});
+                {"jerk_max", jerk}});
     fragment.link_delayed("force_offset.held_back", "force_law.held_back", false);
+    fragment.link_delayed("force_offset.rate", "force_law.moves", 0.0);
     fragment.add("pressed", "OffsetFrame", {{"direction", net::value_to_json(net::Vector(parameters_.direction_M))}});
     for (const char* port : {"frame", "twist", "acceleration"}) {
       contribution.set_point.feed(fragment, port, std::string("pressed.") + port);

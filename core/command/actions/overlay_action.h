@@ -17,11 +17,13 @@ namespace takt::command {
 /// A force that is held while a path is followed, as in polishing or along a seam: the path is shifted along a
 /// direction of the frame that moves, as far as the force wants it and the range allows.
 struct ForceOffsetControlParameters {
-  ForceControlParameters force = {};                       ///< with its bounds of velocity and acceleration
-  double jerk_max = 10.0;                                  ///< of the offset, m/s^3
+  ForceControlParameters force = {};  ///< with its bounds of velocity and acceleration
+  double jerk_max = 10.0;  ///< of the offset, m/s^3; where the path leaves less, that, but no less than a quarter
   Eigen::Vector3d direction_M = Eigen::Vector3d::UnitZ();  ///< of the force that the tool exerts; length 1
   double reach = 0.005;                                    ///< along the direction at most, m, >= 0
   double retreat = 0.005;                                  ///< against it at most, m, >= 0
+  double lost_max = 0.5;               ///< s without contact, once it has been touched, until `lost_contact`
+  std::optional<double> off_max = {};  ///< s out of its band, once it was at force, until `off_force`; nothing: never
 
   bool operator==(const ForceOffsetControlParameters&) const = default;
 };
@@ -34,7 +36,8 @@ struct ForceOffsetControlParameters {
 /// and the motion stops on its path (row N3). At the end, and after a cancel, both come to rest: where that is shows
 /// in the run.
 /// @param pressing  with which the tool presses along the direction, N (pressing_along)
-/// Offers what the motion offers, `in_contact`, `at_force`, and `no_force`: the force is not known.
+/// Offers what the motion offers, `in_contact`, `at_force`, `no_force`: the force is not known, and `lost_contact` and
+/// `off_force`: contact, or the band of the force, has been left for longer than may be, on the path.
 /// @param first  of a sequence: the motion with which it begins, from 0; in the middle of the blend before, or, where
 ///               that is one of joints, at its end. From there to the end it is one and the same.
 [[nodiscard]] Action force_offset(const Action& motion, const expression::RealSensor& pressing,

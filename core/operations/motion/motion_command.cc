@@ -80,6 +80,15 @@ class MotionCommand final : public OperationCommand {
       moved.fails_if(silent.once());
       moved.capture(key + " no force", expression::tool_pose(build.cell, arm()), silent);
       made.handler_places.push_back(offset_place() + "/sensor");
+      const auto leaves = [&](const char* state, const char* what, const char* place) {
+        const State left = action.state(state);
+        moved.on_entered(left, cancel(moved));
+        moved.fails_if(left.once());
+        moved.capture(key + what, action.progress(), left);
+        made.handler_places.push_back(offset_place() + place);
+      };
+      leaves("lost_contact", " lost", "/lost_max_s");
+      if (force().off_max) leaves("off_force", " off force", "/off_force_max_s");
     }
     add_aborts(build, key, action, made);
     const auto& condition = requests.back().until;
@@ -160,6 +169,8 @@ class MotionCommand final : public OperationCommand {
     using enum activity::GuardedOutcome::Kind;
     activity::GuardedEnd end;
     end.no_force = ended.value<net::Frame>(key + " no force").has_value();
+    if (const auto at = ended.value<net::Real>(key + " lost")) end.lost = *at;
+    if (const auto at = ended.value<net::Real>(key + " off force")) end.off_force = *at;
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const bool held = ended.value<net::Real>(abort_name(key, i)).has_value();
       const bool silent = !held && ended.value<net::Real>(abort_name(key, i) + " silent").has_value();

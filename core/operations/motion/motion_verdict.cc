@@ -26,6 +26,20 @@ Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const activity:
               fmt::format("'{}' did not answer, so the arm stopped on its path", tasks[first].force_offset->sensor),
               kCheckSensor, diagnostics);
   }
+  const auto left = [&](const std::optional<double>& at, const char* key, const char* what, double longest) {
+    if (!at) return;
+    const auto first = static_cast<int>(first_offset(tasks).value_or(0));
+    add_error(
+        places(first), key, Code::kConditionNotMet,
+        fmt::format("the tool was {} for longer than {:g} s, at {:.0f} % of the path", what, longest, 100.0 * *at),
+        "Move more slowly, give the offset more reach and speed, or allow a longer time", diagnostics);
+  };
+  if (const auto first = first_offset(tasks)) {
+    const ForceOffsetParameters& force = *tasks[*first].force_offset;
+    left(end.lost, "/force_offset/lost_max_s", "without contact", force.lost_max);
+    left(end.off_force, "/force_offset/off_force_max_s", "farther than a tenth from its force",
+         force.off_max.value_or(0.0));
+  }
   if (end.broken) {
     const MotionPlace place = places(end.broken->motion);
     Diagnostics broken;

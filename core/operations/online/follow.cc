@@ -4,6 +4,7 @@
 
 #include "core/expression/device_sensors.h"
 #include "core/expression/frame_sensors.h"
+#include "core/expression/moving_frames.h"
 #include "core/operations/command/command_step.h"
 
 namespace takt::operations {
@@ -26,10 +27,20 @@ class FollowCommand final : public OnlineCommand {
 
  private:
   [[nodiscard]] command::Action action_of(const BuildContext& context) const override {
-    const command::TrackingParameters own = tool_limits(follow_);
-    const expression::FrameSensor frame = expression::pose_between(context.cell, follow_.in, follow_.arm);
-    if (!follow_.channel) return command::follow(frame, own);
-    return command::follow(frame * expression::channel<net::Frame>(context.cell, *follow_.channel), own);
+    using expression::TwistSensor;
+    const expression::Cell& cell = context.cell;
+    command::TrackingParameters own = tool_limits(follow_);
+    const expression::FrameSensor X_BI = expression::pose_between(cell, follow_.in, follow_.arm);
+    if (expression::moves(cell.frames, follow_.in, follow_.arm))
+      own.target_twist = expression::twist_between(cell, follow_.in, follow_.arm);
+    if (!follow_.channel) return command::follow(X_BI, own);
+    const auto X_IT = expression::channel<net::Frame>(cell, *follow_.channel);
+    const TwistSensor within = expression::rotate(X_BI, expression::channel_twist(cell, *follow_.channel));
+    own.target_twist =
+        own.target_twist
+            ? expression::shift(*own.target_twist, expression::rotate(X_BI, expression::position(X_IT))) + within
+            : within;
+    return command::follow(X_BI * X_IT, own);
   }
 
   FollowParameters follow_;

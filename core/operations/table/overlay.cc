@@ -10,6 +10,8 @@ namespace takt::operations {
 command::ForceOffsetControlParameters ForceOffsetParameters::control_parameters(const expression::Cell& cell) const {
   command::ForceOffsetControlParameters control{
       .jerk_max = jerk_max, .direction_M = direction, .reach = reach, .retreat = retreat.value_or(reach)};
+  control.lost_max = lost_max;
+  control.off_max = off_max;
   control.force.force = force;
   control.force.approach_velocity = approach;
   control.force.velocity_max = velocity_max;
@@ -63,7 +65,12 @@ const ParameterTable<ForceOffsetParameters>& force_offset_parameters() {
         .number("acceleration_max_m_s2", "m/s^2", &P::acceleration_max, {.low = 0.0, .high = 10.0, .low_open = true},
                 "Largest acceleration of the offset.")
         .number("jerk_max_m_s3", "m/s^3", &P::jerk_max, {.low = 0.0, .high = 1000.0, .low_open = true},
-                "Largest jerk of the offset.")
+                "Largest jerk of the offset; where the motion leaves less, that, but no less than a quarter.")
+        .number("lost_max_s", "s", &P::lost_max, {.low = 0.0, .high = 1e6},
+                "Once it has touched it fails after so long without contact.")
+        .number("off_force_max_s", "s", &P::off_max, {.low = 0.0, .high = 1e6},
+                "Once it was at force it fails after so long farther than a tenth from it.")
+        .fallback("no matter how long")
         .number("gain_m_s_per_N", "m/s/N", &P::gain, {.low = 0.0, .high = 1.0, .low_open = true},
                 "Speed for each newton that is missing, at most twice what the arm allows.")
         .fallback("from the arm's stiffness and delay")

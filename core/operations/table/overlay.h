@@ -17,6 +17,8 @@ struct ForceOffsetParameters {
   std::optional<double> retreat = {};                    ///< against it at most, m; nothing: as `reach`
   double force = 10.0, approach = 0.005;                 ///< N; m/s of the offset until contact
   double velocity_max = 0.02, acceleration_max = 0.3, jerk_max = 10.0;  ///< of the offset, m/s, m/s^2, m/s^3
+  double lost_max = 0.5;                                                ///< s without contact, once it has touched
+  std::optional<double> off_max = {};  ///< s out of the band of the force; nothing: no matter how long
   /// m/s for each newton that is missing; nothing: from the arm's stiffness and delay (docs/force-control.md).
   std::optional<double> gain = {};
 

@@ -244,6 +244,8 @@ struct NodeKind {
 
 /// All kinds of nodes that are no leaves, by name.
 [[nodiscard]] const std::vector<NodeKind>& node_kinds();
+/// Adds a kind that a layer above defines; before any program is parsed. Thread: the one that starts. Realtime: setup.
+void add_node_kind(const NodeKind& kind);
 
 /// A rehearsal's effort is bounded: @return false once it is used up; a note says so.
 bool spend_rehearsal(operations::Rehearsal& rehearsal, const Node& node, Diagnostics& diagnostics);

@@ -31,8 +31,10 @@ bool waits_for_expression(const Json& json) {
 
 }  // namespace
 
-const std::vector<NodeKind>& node_kinds() {
-  static const std::vector<NodeKind> kinds{
+namespace {
+
+std::vector<NodeKind>& kinds() {
+  static std::vector<NodeKind> all{
       {"branch", "Takes one of several branches. Keys: cases (when, steps), else.", parse_branch},
       {"call", "Runs a program of the file. Keys: program, with, as.", parse_call},
       {"fail", "Fails with a text. Keys: text.", parse_fail},
@@ -45,7 +47,15 @@ const std::vector<NodeKind>& node_kinds() {
       {"stop", "Ends the program in order.", parse_stop},
       {"try", "Deals with failures. Keys: steps, retry, recover, on_error (as, steps), finally.", parse_try},
   };
-  return kinds;
+  return all;
+}
+
+}  // namespace
+
+const std::vector<NodeKind>& node_kinds() { return kinds(); }
+
+void add_node_kind(const NodeKind& kind) {
+  kinds().insert(std::ranges::lower_bound(kinds(), kind.name, {}, &NodeKind::name), kind);
 }
 
 NodeParser::NodeParser(const expression::Cell& cell, const Json* programs, Diagnostics& diagnostics)

@@ -1,4 +1,5 @@
 // Manual control and following as steps: the dead-man switch is in the net.
+#include <algorithm>
 #include <cmath>
 
 #include "core/net/compiled_net.h"
@@ -147,6 +148,25 @@ TEST_F(JogStepTest, AFrameIsFollowedUntilAConditionHolds) {
             Progress::kDone)
       << diagnostics.to_string();
   EXPECT_LT((tool() - cell.X_WB * goal.translation()).norm(), 2e-4);
+  expect_good_end();
+}
+
+TEST_F(JogStepTest, AFrameThatMovesIsFollowedWithoutALag) {
+  const program::Program program =
+      good(R"({"do": "follow", "channel": "target", "in": "arm", "linear_max_m_s": 0.2, "seconds": 3})");
+  constexpr double kVelocity = 0.05;  // m/s, from 0.5 s on
+  Eigen::Isometry3d goal = cell.moved(0.0, 0.0, 0.0);
+  double lag = 0.0;
+  EXPECT_EQ(run(program,
+                [&](int cycle, program::ProgramRunner&) {
+                  if (cycle > 500) goal.translation().y() += kVelocity * to_seconds(cell.core.period());
+                  (void)cell.cell.channels.at("target")->write(net::Frame(goal));
+                  if (cycle > 2000 && cycle < 2900)
+                    lag = std::max(lag, (tool() - cell.X_WB * goal.translation()).norm());
+                }),
+            Progress::kDone)
+      << diagnostics.to_string();
+  EXPECT_LT(lag, 0.5e-3) << "a gain of 4/s alone would be 12.5 mm behind";
   expect_good_end();
 }
 

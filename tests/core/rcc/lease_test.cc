@@ -88,6 +88,37 @@ TEST_F(LeaseTest, ANewHolderEndsWhatTheOldOneHadAndKeepsItsOwn) {
   EXPECT_EQ(core->state(right), NetState::kRunning);
 }
 
+TEST_F(LeaseTest, HoldersBesideEachOtherEndOneByOne) {
+  rcc::Lease lease(*core);
+  const auto one = lease.grant_beside(50), other = lease.grant_beside(5000);
+  EXPECT_GT(other, one);
+  const rcc::NetId left = motion("left"), right = motion("right");
+  ASSERT_TRUE(lease.add(left, one) && lease.add(right, other));
+  EXPECT_EQ(lease.owner(left), one);
+  EXPECT_EQ(lease.owner(right), other);
+  ASSERT_NE(core->start(left), 0u);
+  ASSERT_NE(core->start(right), 0u);
+  cycles(lease, 100);
+  EXPECT_FALSE(lease.holds(one)) << "it was silent";
+  EXPECT_TRUE(lease.holds(other));
+  EXPECT_NE(core->state(left), NetState::kRunning);
+  EXPECT_EQ(core->state(right), NetState::kRunning);
+  lease.release_all();
+  EXPECT_EQ(lease.holder(), 0u);
+  cycles(lease, 3);
+  EXPECT_NE(core->state(right), NetState::kRunning);
+}
+
+TEST_F(LeaseTest, ThereIsRoomForSoManyHolders) {
+  rcc::Lease lease(*core);
+  std::vector<std::uint32_t> fences;
+  for (std::size_t i = 0; i < rcc::Lease::kHolders; ++i) fences.push_back(lease.grant_beside(0));
+  EXPECT_EQ(std::ranges::count(fences, 0u), 0);
+  EXPECT_EQ(lease.grant_beside(0), 0u);
+  ASSERT_TRUE(lease.release(fences[3]));
+  EXPECT_GT(lease.grant_beside(0), fences.back());
+}
+
 TEST_F(LeaseTest, WithoutALimitSilenceIsAllowed) {
   rcc::Lease lease(*core);
   const auto fence = lease.grant(0);

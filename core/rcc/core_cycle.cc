@@ -1,146 +1,18 @@
 #include "core/rcc/control_core.h"
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <map>
-#include <mutex>
-#include <optional>
-#include <utility>
-
-#include <fmt/format.h>
-#include <boost/lockfree/spsc_queue.hpp>
 
 #include "core/device/emergency_stop.h"
 #include "core/net/format_text.h"
 #include "core/net/stop_bound.h"
 #include "core/rcc/admission.h"
-#include "core/rcc/event_buffer.h"
-#include "core/rcc/executor.h"
-#include "core/rcc/net_table.h"
-#include "core/rcc/request_queue.h"
-#include "core/rcc/rule_book.h"
-#include "core/rcc/stop_supervisor.h"
+#include "core/rcc/core_impl.h"
 #include "core/rcc/stopwatch.h"
 
 namespace takt::rcc {
-namespace {
-
-constexpr std::size_t kQueueCapacity = 512;
-
-/// What travels to the cycle thread. Copied without allocation.
-struct Posted {
-  RequestId id = 0;
-  Rule rule = {};
-  Watch* watch = nullptr;  ///< not nullptr: watch this value of net `watched`, 0 for a channel
-  NetId watched = 0;
-  device::Arm* arm = nullptr;  ///< not nullptr: bring it into `mode`
-  device::ControlMode mode = device::ControlMode::kPosition;
-};
-
-Diagnostics full_queue() {
-  return failure(Code::kNotPossibleNow, "", fmt::format("the queue of {} requests is full", kQueueCapacity)).error();
-}
-
-/// A change of mode that somebody asked for and that is under way.
-struct ControlModeParameters {
-  RequestId id = 0;
-  device::Arm* arm = nullptr;
-  device::ControlMode mode = device::ControlMode::kPosition;
-};
-
-/// A value from outside as the cycle notes it.
-struct RawLatch {
-  std::int64_t cycle = -1;
-  const device::Channel* channel = nullptr;
-  std::array<std::byte, 160> slot{};
-};
-
-class DeviceTable final : public net::Environment {
- public:
-  net::Resource* find(std::string_view name) override {
-    const auto found = by_name.find(name);
-    return found == by_name.end() ? nullptr : found->second;
-  }
-  [[nodiscard]] std::vector<std::string> names() const override {
-    std::vector<std::string> names;
-    for (const auto& [name, resource] : by_name) names.push_back(name);
-    return names;
-  }
-  std::map<std::string, net::Resource*, std::less<>> by_name;
-};
-
-}  // namespace
-
-struct ControlCore::Impl {
-  explicit Impl(const Options& given)
-      : options(given),
-        nets(given.net_capacity, devices, [this](NetEntry& entry) { return bind(entry); }),
-        executor(nets, resources, events, given.net_capacity),
-        stops(executor),
-        rules(executor, events) {
-    executor.set_budget(static_cast<double>(options.budget));
-    mode_requests.reserve(kQueueCapacity);
-    if (options.latch_capacity > 0)
-      latches = std::make_unique<LatchRing>(static_cast<std::size_t>(options.latch_capacity));
-  }
-
-  net::Resource& keep(std::string name, std::unique_ptr<net::Resource> resource) {
-    const bool is_new = devices.by_name.emplace(name, resource.get()).second;
-    if (!is_new) std::abort();
-    resources.add(std::move(name), *resource);
-    return *owned.emplace_back(std::move(resource));
-  }
-  [[nodiscard]] Diagnostics bind(NetEntry& entry);
-  void bind_states(NetEntry& entry, Diagnostics& diagnostics) const;
-  void bind_path_stop(NetEntry& entry) const;
-  [[nodiscard]] std::vector<NetEntry::DeclaredSeam> bind_seams(const NetEntry& entry, const std::vector<NetSeam>& seams,
-                                                               const std::string& pointer, Diagnostics& diagnostics);
-
-  /// Why none of the declared ways in which a net takes a device over follows this end of another one; or nothing.
-  [[nodiscard]] std::optional<net::Text> seam_mismatch(const NetEntry::DeclaredSeam& end, const NetEntry& successor);
-
-  void take_samples(std::int64_t k, Nanoseconds now);
-  void note_latches(std::int64_t k);
-  void sample_watches(std::int64_t k);
-  void take_requests();
-  void take_mode_request(const ControlModeParameters& request);
-  void look_at_mode_requests();
-  void answer(RequestId id, const std::optional<net::Text>& refusal);
-  void guard_and_hand_over(std::int64_t k);
-  void digest_nets(std::int64_t k);
-  void digest_devices();
-
-  Options options;
-  DeviceTable devices;
-  std::vector<std::unique_ptr<net::Resource>> owned;
-  std::vector<device::Device*> in_order;     // all devices, by name
-  std::vector<device::Actuator*> actuators;  // those that are driven, by name
-  std::vector<device::Arm*> arms;            // those that are arms, by name
-  std::vector<device::Channel*> channels;    // likewise
-  ResourceTable resources;
-  NetTable nets;
-  EventBuffer events;
-  Executor executor;
-  StopSupervisor stops;
-  RuleBook rules;
-  Digest digest;
-  Statistics statistics;
-  RequestQueue<Posted, kQueueCapacity> queue;
-  using LatchRing = boost::lockfree::spsc_queue<RawLatch>;
-  std::unique_ptr<LatchRing> latches;  // nullptr: nobody asked for them
-  std::atomic<std::int64_t> latches_dropped = 0;
-  std::vector<ControlModeParameters> mode_requests;  // never grows in the cycle
-  WatchList watches;
-  std::mutex watch_mutex;                            // of kept_watches; never taken in the cycle
-  std::vector<std::shared_ptr<Watch>> kept_watches;  // until the cycle has let go of them
-  std::atomic<RequestId> last_request = 0;
-  std::atomic<std::int64_t> cycle = 0;
-  std::atomic<std::int64_t> begun = -1;  // the cycle that was begun last
-};
 
 /// Places of what the net claims, its seams, its bound, its cost.
 Diagnostics ControlCore::Impl::bind(NetEntry& entry) {
@@ -386,135 +258,6 @@ std::vector<Latch> ControlCore::take_latches() {
 
 std::int64_t ControlCore::latches_dropped() const { return impl_->latches_dropped.load(std::memory_order_relaxed); }
 
-Result<std::shared_ptr<Watch>> ControlCore::watch(NetId id, std::string_view port, const WatchOptions& options) {
-  const NetHandle compiled = net(id);
-  if (compiled == nullptr) return failure(Code::kUnknownName, "", fmt::format("net {} is not loaded", id));
-  std::vector<std::string> names;
-  for (const auto& monitor : compiled->monitors()) {
-    if (monitor.name == port)
-      return attach(id, std::make_unique<Watch>(monitor.name, monitor.type, monitor.slot, options));
-    names.push_back(monitor.name);
-  }
-  for (const auto& one : compiled->ports()) {
-    if (one.name == port)
-      return attach(id, std::make_unique<Watch>(one.name, one.type, compiled->slots().data() + one.offset, options));
-    names.push_back(one.name);
-  }
-  return failure(Code::kUnknownName, "", fmt::format("the net '{}' shows no '{}'", compiled->name(), port),
-                 nearest_choice(port, names));
-}
-
-Result<std::shared_ptr<Watch>> ControlCore::watch(std::string_view channel, const WatchOptions& options) {
-  if (const device::Channel* found = find_channel(channel))
-    return attach(0, std::make_unique<Watch>(found->name(), found->description().type, found->raw_slot(), options));
-  std::vector<std::string> names;
-  for (const device::Channel* one : impl_->channels) names.push_back(one->name());
-  return failure(Code::kUnknownName, "", fmt::format("there is no channel '{}'", channel),
-                 nearest_choice(channel, names));
-}
-
-Result<std::shared_ptr<Watch>> ControlCore::attach(NetId net, std::unique_ptr<Watch> watch) {
-  const std::lock_guard lock(impl_->watch_mutex);
-  std::erase_if(impl_->kept_watches, [](const auto& kept) { return kept.use_count() == 1 && kept->ended(); });
-  std::shared_ptr<Watch> kept = impl_->kept_watches.emplace_back(std::move(watch));
-  if (impl_->queue.push(Posted{.watch = kept.get(), .watched = net})) return kept;
-  impl_->kept_watches.pop_back();
-  return std::unexpected(full_queue());
-}
-
-void ControlCore::unwatch(const std::shared_ptr<Watch>& watch) { watch->give_up(); }
-
-Result<NetId> ControlCore::load(const net::NetDescription& description, const LoadOptions& options) {
-  return impl_->nets.load(description, options);
-}
-
-NetId ControlCore::load_async(net::NetDescription description, const LoadOptions& options) {
-  return impl_->nets.load_async(std::move(description), options);
-}
-
-bool ControlCore::knows(NetId net) const { return impl_->nets.hold(net) != nullptr; }
-
-Diagnostics ControlCore::diagnostics(NetId net) const {
-  const EntryHandle entry = impl_->nets.hold(net);
-  const bool known = entry != nullptr && entry->state.load(std::memory_order_acquire) == NetState::kRejected;
-  return known ? entry->diagnostics : Diagnostics{};
-}
-
-bool ControlCore::unload(NetId net) {
-  const EntryHandle entry = impl_->nets.hold(net);
-  if (entry == nullptr) return false;
-  const NetState state = entry->state.load(std::memory_order_acquire);
-  if (is_active(state) || state == NetState::kLoading) return false;
-  return impl_->nets.ask_retire(net);
-}
-
-NetStatus ControlCore::status(NetId net) const {
-  NetStatus status;
-  const EntryHandle entry = impl_->nets.hold(net);
-  if (entry == nullptr) return status;
-  status.state = entry->state.load(std::memory_order_acquire);
-  status.first_cycle = entry->first_cycle.load(std::memory_order_relaxed);
-  if (status.state != NetState::kLoading) {
-    status.cancel_bound_cycles = entry->cancel_bound_cycles;
-    status.cost_ns = entry->cost_ns;
-  }
-  status.last_cycle = entry->last_cycle.load(std::memory_order_relaxed);
-  if (status.state == NetState::kTerminated) status.cause = entry->cause;
-  return status;
-}
-
-NetHandle ControlCore::net(NetId net) const {
-  const EntryHandle entry = impl_->nets.hold(net);
-  const bool compiled =
-      entry != nullptr && entry->state.load(std::memory_order_acquire) != NetState::kLoading && entry->net != nullptr;
-  return compiled ? NetHandle(entry, entry->net.get()) : nullptr;
-}
-
-RequestId ControlCore::abort(NetId net) {
-  impl_->nets.ask_abort(net);  // this is the abort; what is posted is only the question how it went
-  return post(Transaction{.abort = {net}, .cancel = {}, .start = {}});
-}
-
-RequestId ControlCore::post(const Rule& rule) {
-  const RequestId id = ++impl_->last_request;
-  return impl_->queue.push(Posted{.id = id, .rule = rule}) ? id : 0;
-}
-
-RequestId ControlCore::change_mode(std::string_view name, device::ControlMode mode) {
-  device::Arm* arm = find_arm(name);
-  if (arm == nullptr) return 0;
-  const RequestId id = ++impl_->last_request;
-  return impl_->queue.push(Posted{.id = id, .arm = arm, .mode = mode}) ? id : 0;
-}
-
-Result<RequestId> ControlCore::schedule_after(NetId predecessor, NetId successor, NetId from_rest) {
-  Diagnostics diagnostics;
-  // Held, so that no other thread can have them freed while they are compared.
-  const EntryHandle before = impl_->nets.hold(predecessor), after = impl_->nets.hold(successor);
-  const auto check = [&diagnostics](NetId id, const EntryHandle& entry, bool starts) {
-    if (entry == nullptr) return diagnostics.error(Code::kUnknownName, "", fmt::format("net {} is not loaded", id));
-    const NetState state = entry->state.load(std::memory_order_acquire);
-    if (starts && state != NetState::kReady)
-      diagnostics.error(Code::kNotPossibleNow, "", fmt::format("net {} is not Ready, it is {}", id, name_of(state)));
-  };
-  check(predecessor, before, false);
-  check(successor, after, true);
-  if (from_rest != 0) check(from_rest, impl_->nets.hold(from_rest), true);
-  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
-  for (const auto& end : before->known_ends()) {
-    if (const auto why = impl_->seam_mismatch(end, *after))
-      diagnostics.error(Code::kNotPossibleNow, "",
-                        fmt::format("net {} cannot follow net {}: {}: {}", successor, predecessor,
-                                    impl_->resources[end.place].actuator->name(), why->view()));
-  }
-  if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
-  Rule rule{.condition = {Term::state(predecessor, {NetState::kTerminated})},
-            .action = {.abort = {}, .cancel = {}, .start = {successor}}};
-  if (from_rest != 0) rule.otherwise.start = {from_rest};
-  if (const RequestId id = post(rule)) return id;
-  return std::unexpected(full_queue());
-}
-
 std::optional<std::int64_t> ControlCore::running_cycle() const {
   const std::int64_t begun = impl_->begun.load(std::memory_order_relaxed);
   return begun == impl_->cycle.load(std::memory_order_relaxed) ? std::optional(begun) : std::nullopt;
@@ -570,8 +313,6 @@ void ControlCore::step() {
   core.statistics.events_dropped = core.events.dropped();
   core.cycle.store(k + 1, std::memory_order_relaxed);
 }
-
-void ControlCore::stop_all(net::Cause::Code code, std::string_view text) { impl_->stops.stop_all(code, text); }
 
 void ControlCore::count_overruns(std::int64_t late_cycles) { impl_->statistics.overruns += late_cycles; }
 

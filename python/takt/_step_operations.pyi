@@ -1,0 +1,518 @@
+"""Printed by `python3 -m takt.stubs` from the tables of operations: do not edit."""
+from typing import Any, Literal, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ._tree import Step
+from .conditions import Condition
+
+Numbers = Sequence[float] | npt.NDArray[np.float64]
+FileGoal = str | Mapping[str, Any]
+
+__all__ = ["attach", "circ", "control_mode", "couple", "detach", "fit_pose", "follow", "freedrive", "grip", "hold",
+           "jog", "lin", "motions", "move", "net", "press", "ptp", "record_contact", "release", "search", "set",
+           "set_frame", "spline", "tare", "transaction", "uncouple", "wait", "wipe"]
+
+def attach(part: str | str | None = ..., *, tool: str | None = ..., grasp: str | None = ...) -> Step:
+    """Notes that a tool without fingers holds an object: a magnet, a suction cup.
+
+    tool: Tool that holds the part: a device with a tool centre point. (text; default the only one of the cell)
+    part: Object that the tool holds: the free object at its tool centre point. (name of an object; optional)
+    grasp: Grasp of the object that is at the tool centre point: it is held as it is believed to be. (text; optional)
+    """
+
+def circ(
+    to: FileGoal | None = ..., via: FileGoal | None = ..., *, arm: str | str | None = ..., tool: str | None = ...,
+    tcp: str | None = ..., about: Any | None = ..., orientation: Literal["goal", "fixed", "tangential"] | None = ...,
+    speed: float | str | None = ..., acceleration: float | str | None = ..., velocity_m_s: float | str | None = ...,
+    follower: str | str | None = ..., compliance: Any | None = ..., weave: Any | None = ...,
+    force_offset: Any | None = ..., until: Condition | Mapping[str, Any] | str | None = ...,
+    on_end: Literal["fail", "continue"] | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...,
+    blend_m: float | str | None = ..., blend_fraction: float | str | None = ...
+) -> Step:
+    """Moves the tool centre point on a circle.
+
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    to: Goal at the end of the arc; not with 'about'. (goal; optional)
+    via: Via pose; its position counts. Not with 'about'. (goal; optional)
+    about: Centre, axis and angle in place of 'to' and 'via'. (about; optional)
+    orientation: How the tool turns along the arc. (goal, fixed, tangential; default goal; with 'about' fixed)
+    speed: Share of the velocity limits. (number, above 0, at most 1; default 1)
+    acceleration: Share of the acceleration and jerk limits. (number, above 0, at most 1; default 1)
+    velocity_m_s: Speed of the tool centre point. (number in m/s, above 0; optional)
+    follower: Second arm that moves as one with this one. (name of an arm; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    weave: Oscillation across the path. (weave; optional)
+    force_offset: Shift of the path that holds a force. (force_offset; optional)
+    until: Guarded motion: brakes on its path when this becomes true. (condition; optional)
+    on_end: Whether a guarded motion that reaches its goal fails. (fail, continue; default fail)
+    abort_if: Brakes on its path and fails when this becomes true. (condition; optional)
+    blend_m: Distance from the goal at which the next motion takes over. (number in m, at least 1e-05; optional)
+    blend_fraction: The same as a share of the path. (number, at least 0.0001, at most 0.5; optional)
+    blend: share of its time from which the next motion may take over, 0.5 to 1 (optional)
+    X_FM: pose of the frame that moves, in the flange, 4x4 in m (optional)
+    """
+
+def control_mode(
+    mode: Literal["position", "joint_impedance", "cartesian_impedance"], *, arm: str | str | None = ...
+) -> Step:
+    """Brings an arm into a control mode while nothing holds it.
+
+    mode: The new control mode. (position, joint_impedance, cartesian_impedance; required)
+    """
+
+def couple(timeout_s: float | str | None = ..., *, changer: str | str | None = ..., tool: str | None = ...) -> Step:
+    """Locks a tool changer: what it couples is a tool of its arm from then on.
+
+    tool: Tool side, or a tool on it, that has to be coupled: whatever is there. (text; optional)
+    timeout_s: The step fails if the lock is open by then. (number in s, above 0, at most 60; default 2)
+    """
+
+def detach(
+    onto: str | None = ..., *, tool: str | None = ..., position_m: Numbers | str | None = ...,
+    rpy_deg: Numbers | str | None = ...
+) -> Step:
+    """Notes that a tool without fingers does not hold its object any more.
+
+    tool: Tool that holds the part: a device with a tool centre point. (text; default the only one of the cell)
+    onto: What the part stands on then: a frame, an object, a base; found by shapes. (text; optional)
+    position_m: Where the part is then, in 'onto': where the tool has it. (three numbers in m; optional)
+    rpy_deg: Its orientation then, in 'onto': roll, pitch, yaw. (three numbers in deg; optional)
+    """
+
+def fit_pose(
+    object: str | str, as_: str, contacts: Sequence[str] | str, free: Sequence[str] | str, *,
+    max_residual_m: float | str | None = ...
+) -> Step:
+    """Finds the pose of an object from recorded contacts.
+
+    object: Object that was touched. (name of an object; required)
+    as_: Name of the frame that gets the fitted pose. (text; required)
+    contacts: Names of recorded contacts. (list of texts; required)
+    free: Coordinates that are fitted: x, y, z, roll, pitch, yaw of the object. (list of texts; required)
+    max_residual_m: Largest residual (rms) of a good fit. (number in m, above 0; default 0.001)
+    """
+
+def follow(
+    seconds: float | str | None = ..., *, arm: str | str | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    compliance: Any | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...,
+    linear_max_m_s: float | str | None = ..., angular_max_deg_s: float | str | None = ..., channel: str | None = ...,
+    in_: str | None = ...
+) -> Step:
+    """The tool follows a moving frame, or the poses of a channel.
+
+    seconds: Ends after this time. (number in s, at least 0, at most 3600; optional)
+    until: Ends when this becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    linear_max_m_s: Largest speed of the tool. (number in m/s, above 0, at most 1; default 0.1)
+    angular_max_deg_s: Largest angular speed of the tool. (number in deg/s, above 0, at most 180; default 28.6479)
+    channel: Channel of type Frame: the pose of the tool in 'in'. (text; optional)
+    in_: Frame that the tool follows; with a channel the frame of its poses. (text; optional)
+    """
+
+def freedrive(
+    enabled: Condition | Mapping[str, Any] | str | None = ..., *, arm: str | str | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., seconds: float | str | None = ...,
+    velocity_m_s: float | str | None = ..., turn_deg_s: float | str | None = ...,
+    abort_if: Condition | Mapping[str, Any] | str | None = ..., tool: str | None = ..., tcp: str | None = ...
+) -> Step:
+    """A person guides an arm by hand.
+
+    enabled: Dead-man switch: the arm yields only while this is true. (condition; optional)
+    until: Ends when this becomes true. (condition; optional)
+    seconds: Ends after this time. (number in s, at least 0, at most 3600; optional)
+    velocity_m_s: Largest speed of the tool. (number in m/s, above 0, at most 1; default 0.25)
+    turn_deg_s: Largest angular speed of the tool. (number in deg/s, above 0, at most 180; default 57.2958)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    """
+
+def grip(
+    width_m: float | str | None = ..., *, gripper: str | str | None = ..., speed_m_s: float | str | None = ...,
+    force_N: float | str | None = ..., timeout_s: float | str | None = ...,
+    expect: Literal["part", "nothing", "any"] | None = ..., part: str | str | None = ...,
+    part_mass_kg: float | str | None = ...
+) -> Step:
+    """Closes a gripper until a part stops its fingers.
+
+    width_m: Width to move to: 0 to close, the stroke to open. (number in m, at least 0; optional)
+    speed_m_s: Speed of the fingers: a quarter of the fastest. (number in m/s, above 0; optional)
+    force_N: Gripping force: half of the largest. (number in N, above 0; optional)
+    timeout_s: The step fails if the fingers are not at rest by then: time for twice the stroke, and 1 s. (number in
+        s, above 0, at most 3600; optional)
+    expect: What has to be between the fingers at the end. (part, nothing, any; default part)
+    part: Object that is gripped: the free object between the fingers. (name of an object; optional)
+    part_mass_kg: Mass of the part, or this arm's share of it: checked against the object. (number in kg, at least 0;
+        default 0)
+    """
+
+def hold(
+    seconds: float | str | None = ..., *, arm: str | str | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    compliance: Any | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...
+) -> Step:
+    """Holds an arm where it is.
+
+    seconds: Ends after this time. (number in s, at least 0, at most 3600; optional)
+    until: Ends when this becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    """
+
+def jog(
+    while_: Condition | Mapping[str, Any] | str, *, arm: str | str | None = ..., seconds: float | str | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    compliance: Any | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...,
+    linear_max_m_s: float | str | None = ..., angular_max_deg_s: float | str | None = ..., in_: str | None = ...,
+    channel: str | None = ..., linear_m_s: Numbers | str | None = ..., angular_deg_s: Numbers | str | None = ...
+) -> Step:
+    """Manual control with a dead-man switch.
+
+    seconds: Ends after this time. (number in s, at least 0, at most 3600; optional)
+    until: Ends when this becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    linear_max_m_s: Largest speed of the tool. (number in m/s, above 0, at most 1; default 0.1)
+    angular_max_deg_s: Largest angular speed of the tool. (number in deg/s, above 0, at most 180; default 28.6479)
+    in_: Frame along whose axes the velocity is; "tcp": those of the tool. (text; default world)
+    channel: Channel of type Twist that gives the velocity. (text; optional)
+    linear_m_s: Velocity of the tool centre point. (three numbers in m/s; optional)
+    angular_deg_s: Angular velocity of the tool. (three numbers in deg/s; optional)
+    while_: Dead-man switch: the arm moves only while this is true. (condition; required)
+    """
+
+def lin(
+    to: FileGoal, *, arm: str | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    base_to: FileGoal | None = ..., speed: float | str | None = ..., acceleration: float | str | None = ...,
+    velocity_m_s: float | str | None = ..., follower: str | str | None = ..., compliance: Any | None = ...,
+    weave: Any | None = ..., force_offset: Any | None = ..., until: Condition | Mapping[str, Any] | str | None = ...,
+    on_end: Literal["fail", "continue"] | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...,
+    blend_m: float | str | None = ..., blend_fraction: float | str | None = ...
+) -> Step:
+    """Moves the tool centre point on a straight line; with 'base_to' the base that carries the arm drives meanwhile.
+
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    to: Goal of the motion. (goal; required)
+    base_to: Where the base that carries the arm drives meanwhile. (goal; optional)
+    speed: Share of the velocity limits. (number, above 0, at most 1; default 1)
+    acceleration: Share of the acceleration and jerk limits. (number, above 0, at most 1; default 1)
+    velocity_m_s: Speed of the tool centre point. (number in m/s, above 0; optional)
+    follower: Second arm that moves as one with this one. (name of an arm; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    weave: Oscillation across the path. (weave; optional)
+    force_offset: Shift of the path that holds a force. (force_offset; optional)
+    until: Guarded motion: brakes on its path when this becomes true. (condition; optional)
+    on_end: Whether a guarded motion that reaches its goal fails. (fail, continue; default fail)
+    abort_if: Brakes on its path and fails when this becomes true. (condition; optional)
+    blend_m: Distance from the goal at which the next motion takes over. (number in m, at least 1e-05; optional)
+    blend_fraction: The same as a share of the path. (number, at least 0.0001, at most 0.5; optional)
+    blend: share of its time from which the next motion may take over, 0.5 to 1 (optional)
+    X_FM: pose of the frame that moves, in the flange, 4x4 in m (optional)
+    """
+
+def motions(steps: Sequence[Any], *, compliance: Any | None = ...) -> Step:
+    """Several planned motions of one arm, blended into one; only inside of a transaction.
+
+    steps: Planned motions (ptp, lin, circ, spline, move), each but the last blended into the next. (motion_steps;
+        required)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    """
+
+def move(
+    to: FileGoal, *, arm: str | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    speed: float | str | None = ..., acceleration: float | str | None = ..., velocity_m_s: float | str | None = ...,
+    clearance_m: float | str | None = ..., seed: int | str | None = ..., effort: float | str | None = ...,
+    compliance: Any | None = ..., until: Condition | Mapping[str, Any] | str | None = ...,
+    on_end: Literal["fail", "continue"] | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...,
+    blend_m: float | str | None = ..., blend_fraction: float | str | None = ...
+) -> Step:
+    """Moves all joints to a goal on a path around what is in the way.
+
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    to: Goal of the motion. (goal; required)
+    speed: Share of the velocity limits. (number, above 0, at most 1; default 1)
+    acceleration: Share of the acceleration and jerk limits. (number, above 0, at most 1; default 1)
+    velocity_m_s: Speed of the tool centre point. (number in m/s, above 0; optional)
+    clearance_m: Distance kept beyond the margin of the cell, where start and goal allow it. (number in m, at least
+        0.0005, at most 0.1; default 0.004)
+    seed: Of all that is random in the search: the same seed finds the same path. (whole number, at least 0, at most
+        1e+09; default 1)
+    effort: How long a path is looked for; 1: 100 000 postures. (number, at least 0.01, at most 100; default 1)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    until: Guarded motion: brakes on its path when this becomes true. (condition; optional)
+    on_end: Whether a guarded motion that reaches its goal fails. (fail, continue; default fail)
+    abort_if: Brakes on its path and fails when this becomes true. (condition; optional)
+    blend_m: Distance from the goal at which the next motion takes over. (number in m, at least 1e-05; optional)
+    blend_fraction: The same as a share of the path. (number, at least 0.0001, at most 0.5; optional)
+    blend: share of its time from which the next motion may take over, 0.5 to 1 (optional)
+    X_FM: pose of the frame that moves, in the flange, 4x4 in m (optional)
+    """
+
+def net(
+    net: str | str, *, cancel_after_s: float | str | None = ..., monitor_rate_Hz: float | str | None = ...,
+    within_s: float | str | None = ...
+) -> Step:
+    """Runs a net of the cell to its end.
+
+    net: Net of the cell that runs. (name of an net; required)
+    cancel_after_s: The net is cancelled after this time. (number in s, at least 0, at most 3600; optional)
+    monitor_rate_Hz: How often its monitors are shown while it runs; they are at its end in any case. (number in Hz,
+        above 0, at most 1000; optional)
+    within_s: The step fails if the net has not ended by then. (number in s, at least 0, at most 3600; default 60)
+    """
+
+def press(
+    sensor: str | str | None = ..., *, arm: str | str | None = ..., direction: Numbers | str | None = ...,
+    in_: str | None = ..., force_N: float | str | None = ..., approach_m_s: float | str | None = ...,
+    travel_m: float | str | None = ..., tolerance: float | str | None = ..., depth_max_m: float | str | None = ...,
+    lateral_max_N: float | str | None = ..., until: Condition | Mapping[str, Any] | str | None = ...,
+    tool: str | None = ..., tcp: str | None = ..., compliance: Any | None = ...,
+    abort_if: Condition | Mapping[str, Any] | str | None = ..., seconds: float | str | None = ...
+) -> Step:
+    """Approaches along a direction until contact, then presses with a force.
+
+    sensor: Force/torque sensor on that arm. (name of a force/torque sensor; default the only one of the cell)
+    direction: Direction of the motion and of the force; any length but 0. (three numbers; default [0, 0, 1])
+    in_: Frame whose axes the direction is along; "tcp": those of the tool. (text; default tcp)
+    force_N: Force that the tool exerts. (number in N, at least 0.1, at most 1000; default 10)
+    approach_m_s: Speed until contact. (number in m/s, above 0, at most 0.1; default 0.002)
+    travel_m: Largest distance along the direction, from the start. (number in m, above 0, at most 2; default 0.05)
+    tolerance: Share of the force by which it may be off and still counts as reached. (number, at least 0.01, at most
+        0.5; default 0.1)
+    depth_max_m: Largest distance beyond the touch, as measured; more is a failure. (number in m, above 0, at most 2;
+        optional)
+    lateral_max_N: Largest force across the direction; more is a failure. (number in N, at least 0.1, at most 1000;
+        optional)
+    until: Ends the operation when it becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    seconds: How long the force is held once it is reached; without 'until' 0.5 as a step, without end in a
+        transaction. (number in s, at least 0, at most 3600; optional)
+    """
+
+def ptp(
+    to: FileGoal, *, arm: str | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    speed: float | str | None = ..., acceleration: float | str | None = ...,
+    solution: Literal["nearest", "free"] | None = ..., compliance: Any | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., on_end: Literal["fail", "continue"] | None = ...,
+    abort_if: Condition | Mapping[str, Any] | str | None = ..., blend_m: float | str | None = ...,
+    blend_fraction: float | str | None = ...
+) -> Step:
+    """Moves all joints together to a goal.
+
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    to: Goal of the motion. (goal; required)
+    speed: Share of the velocity limits. (number, above 0, at most 1; default 1)
+    acceleration: Share of the acceleration and jerk limits. (number, above 0, at most 1; default 1)
+    solution: Of several joint configurations with the pose: the nearest, or the nearest whose path is free. (nearest,
+        free; default nearest)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    until: Guarded motion: brakes on its path when this becomes true. (condition; optional)
+    on_end: Whether a guarded motion that reaches its goal fails. (fail, continue; default fail)
+    abort_if: Brakes on its path and fails when this becomes true. (condition; optional)
+    blend_m: Distance from the goal at which the next motion takes over. (number in m, at least 1e-05; optional)
+    blend_fraction: The same as a share of the path. (number, at least 0.0001, at most 0.5; optional)
+    blend: share of its time from which the next motion may take over, 0.5 to 1 (optional)
+    X_FM: pose of the frame that moves, in the flange, 4x4 in m (optional)
+    """
+
+def record_contact(as_: str, *, arm: str | str | None = ...) -> Step:
+    """Keeps the contact that the last guarded motion ended with.
+
+    as_: Name under which the contact is kept. (text; required)
+    """
+
+def release(
+    width_m: float | str | None = ..., *, gripper: str | str | None = ..., speed_m_s: float | str | None = ...,
+    force_N: float | str | None = ..., timeout_s: float | str | None = ..., onto: str | None = ...
+) -> Step:
+    """Opens a gripper.
+
+    width_m: Width to move to: 0 to close, the stroke to open. (number in m, at least 0; optional)
+    speed_m_s: Speed of the fingers: a quarter of the fastest. (number in m/s, above 0; optional)
+    force_N: Gripping force: half of the largest. (number in N, above 0; optional)
+    timeout_s: The step fails if the fingers are not at rest by then: time for twice the stroke, and 1 s. (number in
+        s, above 0, at most 3600; optional)
+    onto: What the part stands on then: a frame, an object, a base; found by shapes. (text; optional)
+    """
+
+def search(
+    radius_m: float | str, pitch_m: float | str, *, arm: str | str | None = ..., sensor: str | str | None = ...,
+    direction: Numbers | str | None = ..., in_: str | None = ..., force_N: float | str | None = ...,
+    approach_m_s: float | str | None = ..., travel_m: float | str | None = ..., tolerance: float | str | None = ...,
+    depth_max_m: float | str | None = ..., lateral_max_N: float | str | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    compliance: Any | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...,
+    pattern: Literal["spiral", "zigzag"] | None = ..., velocity_m_s: float | str | None = ...,
+    drop_m: float | str | None = ..., on_end: Literal["fail", "continue"] | None = ...
+) -> Step:
+    """Presses and follows a pattern until something is found.
+
+    sensor: Force/torque sensor on that arm. (name of a force/torque sensor; default the only one of the cell)
+    direction: Direction of the motion and of the force; any length but 0. (three numbers; default [0, 0, 1])
+    in_: Frame whose axes the direction is along; "tcp": those of the tool. (text; default tcp)
+    force_N: Force that the tool exerts. (number in N, at least 0.1, at most 1000; default 10)
+    approach_m_s: Speed until contact. (number in m/s, above 0, at most 0.1; default 0.002)
+    travel_m: Largest distance along the direction, from the start. (number in m, above 0, at most 2; default 0.05)
+    tolerance: Share of the force by which it may be off and still counts as reached. (number, at least 0.01, at most
+        0.5; default 0.1)
+    depth_max_m: Largest distance beyond the touch, as measured; more is a failure. (number in m, above 0, at most 2;
+        optional)
+    lateral_max_N: Largest force across the direction; more is a failure. (number in N, at least 0.1, at most 1000;
+        optional)
+    until: Ends the operation when it becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    pattern: Path across the direction. (spiral, zigzag; default spiral)
+    radius_m: Radius of the spiral, half the side of the zigzag. (number in m, at least 0.0001, at most 1; required)
+    pitch_m: Distance between neighbouring turns or lanes. (number in m, at least 1e-05, at most 1; required)
+    velocity_m_s: Speed along the pattern. (number in m/s, above 0, at most 1; default 0.01)
+    drop_m: Found: the tool is this much deeper than at contact. (number in m, above 0; optional)
+    on_end: Whether a pattern that ends without a find fails the step. (fail, continue; default fail)
+    """
+
+def set(
+    value: Any, *, output: str | str | None = ..., factor: float | str | None = ..., offset: float | str | None = ...,
+    seconds: float | str | None = ..., until: Condition | Mapping[str, Any] | str | None = ...
+) -> Step:
+    """Sets a digital or analog output, which keeps its value; or lets an analog output follow a value.
+
+    value: Level, number in the unit of the output, or what an analog output follows. (output_value; required)
+    factor: Of an output that follows: its value for each unit of the source. (number; optional)
+    offset: Of an output that follows: added, in the unit of the output. (number; optional)
+    seconds: How long the output follows. (number in s, at least 0, at most 3600; optional)
+    until: The output follows until this becomes true. (condition; optional)
+    """
+
+def set_frame(
+    as_: str, *, in_: str | None = ..., of: str | None = ..., position_m: Numbers | str | None = ...,
+    rpy_deg: Numbers | str | None = ...
+) -> Step:
+    """Makes a frame, on whatever it depends on from then on, moves one that a step has made, or says where an object has been found.
+
+    as_: Name of the frame; of an object that is not fixed: it has been found there. (text; required)
+    in_: Frame, object or base that it depends on from now on; an object stays on what it stands on. (text; default
+        world)
+    of: Frame from whose present pose it is counted. (text; default that of 'in')
+    position_m: Position in that frame. (three numbers in m; default [0, 0, 0])
+    rpy_deg: Orientation in that frame: roll, pitch, yaw. (three numbers in deg; default [0, 0, 0])
+    """
+
+def spline(
+    through: Sequence[FileGoal], *, arm: str | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    speed: float | str | None = ..., acceleration: float | str | None = ..., velocity_m_s: float | str | None = ...,
+    compliance: Any | None = ..., weave: Any | None = ..., force_offset: Any | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., on_end: Literal["fail", "continue"] | None = ...,
+    abort_if: Condition | Mapping[str, Any] | str | None = ..., blend_m: float | str | None = ...,
+    blend_fraction: float | str | None = ...
+) -> Step:
+    """Moves smoothly through points.
+
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    through: Points of the spline: goals of one kind, 2 to 200. (through; required)
+    speed: Share of the velocity limits. (number, above 0, at most 1; default 1)
+    acceleration: Share of the acceleration and jerk limits. (number, above 0, at most 1; default 1)
+    velocity_m_s: Speed of the tool centre point. (number in m/s, above 0; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    weave: Oscillation across the path. (weave; optional)
+    force_offset: Shift of the path that holds a force. (force_offset; optional)
+    until: Guarded motion: brakes on its path when this becomes true. (condition; optional)
+    on_end: Whether a guarded motion that reaches its goal fails. (fail, continue; default fail)
+    abort_if: Brakes on its path and fails when this becomes true. (condition; optional)
+    blend_m: Distance from the goal at which the next motion takes over. (number in m, at least 1e-05; optional)
+    blend_fraction: The same as a share of the path. (number, at least 0.0001, at most 0.5; optional)
+    blend: share of its time from which the next motion may take over, 0.5 to 1 (optional)
+    X_FM: pose of the frame that moves, in the flange, 4x4 in m (optional)
+    """
+
+def tare(sensor: str | str | None = ..., *, cycles: int | str | None = ...) -> Step:
+    """Averages a force/torque sensor at rest and removes that offset from its later readings.
+
+    sensor: Force/torque sensor, at rest and without contact. (name of a force/torque sensor; default the only one of
+        the cell)
+    cycles: Samples that are averaged. (whole number, at least 1, at most 100000; default 500)
+    """
+
+def transaction(
+    commands: Mapping[str, Any], *, on: Any | None = ..., raised: Sequence[str] | str | None = ...,
+    capture: Any | None = ..., on_cancel: Any | None = ...
+) -> Step:
+    """Runs commands in one real-time context, with handlers for events.
+
+    commands: Commands by name: operations with 'start' and 'on'. (commands; required)
+    on: Handlers of the transaction itself. (handlers; optional)
+    raised: States that handlers may raise. (list of texts; optional)
+    capture: Values that are kept under a name. (captures; optional)
+    on_cancel: Whom a cancel reaches: forward (all), ignore, or names of commands. (on_cancel; default forward)
+    """
+
+def uncouple(onto: str | None = ..., *, changer: str | str | None = ..., timeout_s: float | str | None = ...) -> Step:
+    """Unlocks a tool changer: its tool stays where it is.
+
+    onto: Frame, object or base that the tool depends on then: the world. (text; optional)
+    timeout_s: The step fails if the lock is closed by then. (number in s, above 0, at most 60; default 2)
+    """
+
+def wait(
+    seconds: float | str | None = ..., *, until: Condition | Mapping[str, Any] | str | None = ...,
+    timeout_s: float | str | None = ...
+) -> Step:
+    """Lets time pass, or waits until a condition becomes true.
+
+    seconds: Time that passes. (number in s, at least 0, at most 3600; optional)
+    until: Waits until this becomes true. (condition; optional)
+    timeout_s: The step fails if 'until' is not true by then. (number in s, at least 0, at most 3600; optional)
+    """
+
+def wipe(
+    in_: str, *, arm: str | str | None = ..., sensor: str | str | None = ..., centre_m: Numbers | str | None = ...,
+    length_m: float | str | None = ..., width_m: float | str | None = ..., pitch_m: float | str | None = ...,
+    velocity_m_s: float | str | None = ..., force_N: float | str | None = ..., approach_m_s: float | str | None = ...,
+    travel_m: float | str | None = ..., tolerance: float | str | None = ..., depth_max_m: float | str | None = ...,
+    lateral_max_N: float | str | None = ..., until: Condition | Mapping[str, Any] | str | None = ...,
+    tool: str | None = ..., tcp: str | None = ..., compliance: Any | None = ...,
+    abort_if: Condition | Mapping[str, Any] | str | None = ...
+) -> Step:
+    """Follows a surface in lanes with a constant force.
+
+    sensor: Force/torque sensor on that arm. (name of a force/torque sensor; default the only one of the cell)
+    in_: Frame of the surface: the lanes are along its x, the force is against its z. (text; required)
+    centre_m: Centre of the rectangle in that frame. (three numbers in m; default [0, 0, 0])
+    length_m: Length of the lanes. (number in m, at least 0.001, at most 5; default 0.1)
+    width_m: Extent of the rectangle across the lanes. (number in m, at least 0, at most 5; default 0.1)
+    pitch_m: Largest distance between neighbouring lanes. (number in m, at least 0.0005, at most 1; default 0.02)
+    velocity_m_s: Speed of the tool along the lanes. (number in m/s, above 0, at most 1; default 0.05)
+    force_N: Force that the tool exerts. (number in N, at least 0.1, at most 1000; default 10)
+    approach_m_s: Speed until contact. (number in m/s, above 0, at most 0.1; default 0.002)
+    travel_m: Largest distance along the direction, from the start. (number in m, above 0, at most 2; default 0.05)
+    tolerance: Share of the force by which it may be off and still counts as reached. (number, at least 0.01, at most
+        0.5; default 0.1)
+    depth_max_m: Largest distance beyond the touch, as measured; more is a failure. (number in m, above 0, at most 2;
+        optional)
+    lateral_max_N: Largest force across the direction; more is a failure. (number in N, at least 0.1, at most 1000;
+        optional)
+    until: Ends the operation when it becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    """
