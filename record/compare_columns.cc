@@ -253,13 +253,18 @@ std::string_view name_of(Feature feature) {
   return kNames[static_cast<std::size_t>(feature)];
 }
 
+std::vector<std::string> feature_names() {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < kFeatureCount; ++i) names.emplace_back(name_of(static_cast<Feature>(i)));
+  return names;
+}
+
 void judge_feature(const std::string& name, const std::string& pointer, FeatureSet& features,
                    Diagnostics& diagnostics) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < kFeatureCount; ++i) {
-    names.emplace_back(name_of(static_cast<Feature>(i)));
-    if (names.back() != name) continue;
-    features.set(i);
+  const std::vector<std::string> names = feature_names();
+  const auto found = std::ranges::find(names, name);
+  if (found != names.end()) {
+    features.set(static_cast<std::size_t>(found - names.begin()));
     return;
   }
   diagnostics.error(Code::kUnknownName, pointer, fmt::format("'{}' is not a feature", name),

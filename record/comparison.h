@@ -36,6 +36,8 @@ inline constexpr std::size_t kFeatureCount = 8;
 using FeatureSet = std::bitset<kFeatureCount>;
 /// "max", "min", "mean", "end", "peak", "settling", "path", "duration".
 [[nodiscard]] std::string_view name_of(Feature feature);
+/// All of them, in the order of their numbers.
+[[nodiscard]] std::vector<std::string> feature_names();
 /// Adds the feature of a name to `features`; what is none goes to `diagnostics`.
 void judge_feature(const std::string& name, const std::string& pointer, FeatureSet& features, Diagnostics& diagnostics);
 

@@ -40,7 +40,7 @@ SECTIONS = [
 NODES = ["sequence", "parallel", "charts", "branch", "repeat", "for_each", "call", "try", "let", "log", "fail", "stop", "motions"]
 NODE_DEFINITIONS = {"log": "says", "fail": "says"}
 ELSEWHERE = {"step": "[step](#steps)", "command": "[command](#commands)", "expectation": "[expectation](#expectations)",
-             "fault": "[fault](#faults)",
+             "fault": "[fault](#faults)", "device_settings": "[settings](#device-settings)",
              "compliance": "[compliance](operations-reference.md#compliance)", "value": "value"}
 IN_EVERY_COMMAND = [{"$ref": "#/definitions/starts"}, {"$ref": "#/definitions/handlers"}]
 
@@ -174,10 +174,21 @@ class Page:
         return rows
 
     def table(self, node):
-        rows = self.rows(node)
+        rows = self.rows(node) + self.rows_of_kinds(node)
         if not rows:
             return ["No further keys."]
         return ["| key | type | default | meaning |", "|---|---|---|---|"] + rows
+
+    def rows_of_kinds(self, node):
+        """The keys of an object that depend on which kind it is: one row for all kinds that have the same."""
+        kinds = {}
+        for one in node.get("allOf", []):
+            chosen = one.get("if", {}).get("properties", {})
+            for key, value in chosen.items():
+                for row in self.rows(one["then"]):
+                    start, text = row[:-2].rsplit(" | ", 1)
+                    kinds.setdefault((start, text), []).append(f"`{value['const']}`")
+        return [f"{start} | With {', '.join(names)}: {lower_first(text)} |" for (start, text), names in kinds.items()]
 
     def forms(self, node):
         """A table of the alternatives of a definition."""
@@ -213,12 +224,6 @@ class Page:
         lines = [f"## {title}", intro, ""]
         if name == "declarations":
             node = node["additionalProperties"]["anyOf"][1]
-        if name == "object":
-            node = {**node, "properties": {**node["properties"],
-                                           "shape": self.definitions["shape"]["properties"]["shape"]}}
-        if name == "part":
-            node = {**node, "properties": {**node["properties"],
-                                           "shape": self.definitions["shape"]["properties"]["shape"]}}
         lines += self.forms(node) if "anyOf" in node and "properties" not in node else self.table(node)
         return lines + [""]
 
@@ -259,6 +264,16 @@ class Page:
         return ["## Faults", "What happens to the machines, or what a person does at the cabinet, at a given time. Each has `at_s`, simulated time "
                 "in s, and `do`, its kind; default: `stop`.", "", *self.kinds("fault", "do")]
 
+    def settings(self):
+        """A table for each kind of device that has settings."""
+        lines = ["## Device settings", "What `settings` of a device may say, by the kind of its model.", ""]
+        for one in self.definitions["device_settings"]["anyOf"]:
+            body = self.resolve(one)
+            others = body.get("additionalProperties")
+            lines += [f"### {one['$ref'].rsplit('/', 1)[1].removesuffix('_settings')}", body["description"], "",
+                      *self.table(others if isinstance(others, dict) else body), ""]
+        return lines
+
     def render(self):
         lines = ["# Reference of scenario files", "",
                  "This page is printed by `python3 schemas/make_reference.py` from [scenario.schema.json](../schemas/scenario.schema.json); a test "
@@ -269,6 +284,8 @@ class Page:
         lines += self.table(self.schema) + [""]
         for name, title, intro in SECTIONS:
             lines += self.section(name, title, intro)
+            if name == "device":
+                lines += self.settings()
             if name == "camera":
                 lines += self.steps()
             if name == "operator_action":

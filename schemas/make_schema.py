@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Brings scenario.schema.json up to date with the tables that the program has (docs/tables.md).
+"""Brings the schemas up to date with the tables that the program has (docs/tables.md).
 
-  python3 schemas/make_schema.py [TAKT]            writes the file again
-  python3 schemas/make_schema.py --check [TAKT]    exit status 1 if that would change it
+  python3 schemas/make_schema.py [TAKT]            writes the files again
+  python3 schemas/make_schema.py --check [TAKT]    exit status 1 if that would change one
 
-TAKT is the program, build/release/tools/takt by default. `takt schema` prints a definition per operation, and that of
-expectations; they stand at the end of the file, after a line that says so. All that is above that line is written by hand: what has no table, and
-rules about several keys of an operation NAME in a definition NAME_rules, which this script puts into allOf of the printed one.
+TAKT is the program, build/release/tools/takt by default. `takt schema KIND` prints the schema of a kind of file. In
+scenario.schema.json the definitions above the line that says so are written by hand: what has no table yet, and rules
+about several keys of an operation NAME in a definition NAME_rules, which this script puts into allOf of the printed one.
 """
 import json
 import pathlib
@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCHEMA = ROOT / "schemas/scenario.schema.json"
+FILES = ["scenario", "site", "materials"]
 PRINTED = '    "printed": {"$comment": "Definitions from here on: takt schema; see schemas/make_schema.py."},\n'
 WIDTH = 120
 
@@ -34,33 +34,44 @@ def text_of(value, indent, lead=0):
     return opening + "\n" + ",\n".join(space + part for part in parts) + "\n" + " " * indent + closing
 
 
-def with_rules(name, definition, by_hand):
-    if name + "_rules" not in by_hand:
-        return definition
-    return {**definition, "allOf": [{"$ref": f"#/definitions/{name}_rules"}]}
+def path_of(kind):
+    return ROOT / f"schemas/{kind}.schema.json"
 
 
-def schema(takt):
-    """The whole text of scenario.schema.json."""
-    printed = json.loads(subprocess.run([takt, "schema"], capture_output=True, text=True, check=True).stdout)
-    by_hand, _, old = SCHEMA.read_text().partition(PRINTED)
-    if not old:
-        sys.exit(f"{SCHEMA} lacks the line\n{PRINTED}")
-    names = json.loads(by_hand.rstrip().rstrip(",") + "}}")["definitions"]
-    both = sorted(set(names) & set(printed["definitions"]))
+def by_hand():
+    """The lines of definitions that are written by hand."""
+    text = path_of("scenario").read_text()
+    lines, found, _ = text.partition('  "definitions": {\n')[2].partition(PRINTED)
+    if not found:
+        sys.exit(f"{path_of('scenario')} lacks the line\n{PRINTED}")
+    return lines
+
+
+def text_of_file(kind, takt):
+    """The whole text of a schema."""
+    printed = json.loads(subprocess.run([takt, "schema", kind], capture_output=True, text=True, check=True).stdout)
+    if kind != "scenario":
+        return text_of(printed, 0) + "\n"
+    lines, definitions = by_hand(), printed.pop("definitions")
+    names = json.loads("{" + lines.rstrip().rstrip(",") + "}")
+    both = sorted(set(names) & set(definitions))
     if both:
         sys.exit(f"by hand and from a table: {', '.join(both)}")
-    definitions = [f'    "{name}": {text_of(with_rules(name, one, names), 4, len(name) + 4)}'
-                   for name, one in printed["definitions"].items()]
-    return by_hand + PRINTED + ",\n".join(definitions) + "\n  }\n}\n"
+    for name in definitions:
+        if name + "_rules" in names:
+            definitions[name]["allOf"] = [{"$ref": f"#/definitions/{name}_rules"}]
+    entries = [f'    "{name}": {text_of(one, 4, len(name) + 4)}' for name, one in definitions.items()]
+    return (text_of(printed, 0).removesuffix("\n}") + ',\n  "definitions": {\n' + lines + PRINTED + ",\n".join(entries) + "\n  }\n}\n")
 
 
 def main():
     arguments = [one for one in sys.argv[1:] if one != "--check"]
-    text = schema(arguments[0] if arguments else str(ROOT / "build/release/tools/takt"))
+    takt = arguments[0] if arguments else str(ROOT / "build/release/tools/takt")
+    texts = {kind: text_of_file(kind, takt) for kind in FILES}
     if "--check" in sys.argv:
-        return 0 if text == SCHEMA.read_text() else 1
-    SCHEMA.write_text(text)
+        return 1 if any(text != path_of(kind).read_text() for kind, text in texts.items()) else 0
+    for kind, text in texts.items():
+        path_of(kind).write_text(text)
     return 0
 
 

@@ -1,10 +1,16 @@
-// schema: what the tables of the process say of scenario files, plug-ins included (docs/tables.md).
+// schema: JSON Schemas of files, as the tables of the process say, plug-ins included (docs/tables.md).
+#include <algorithm>
+#include <memory>
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "cell/build/device_kind_registry.h"
 #include "cell/faults/faults.h"
+#include "cell/file/forms.h"
 #include "cell/judge/expectations.h"
+#include "core/device/material.h"
 #include "core/operations/table/operation.h"
 #include "tools/cli.h"
 
@@ -54,19 +60,50 @@ Json operation_definitions() {
   return definitions;
 }
 
-int schema() {
+Json file_schema(const char* title, const Form& form, Json definitions) {
+  SchemaWriter writer(definitions);
+  Json schema{{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}};
+  schema.update(writer.schema_of(form));
+  if (!definitions.empty()) schema["definitions"] = std::move(definitions);
+  return schema;
+}
+
+Json scenario_schema() {
   Json definitions = operation_definitions();
-  definitions["expectation"] = cell::expectation_schema();
-  definitions["fault"] = cell::fault_schema();
-  fmt::print("{}\n", Json{{"definitions", definitions}}.dump(2));
+  SchemaWriter writer(definitions);
+  (void)writer.reference_to(cell::expectation_form());
+  (void)writer.reference_to(cell::fault_form());
+  Json settings = Json::array();
+  for (const std::string& kind : cell::DeviceKinds::global().names())
+    if (const Form& form = cell::DeviceKinds::global().find(kind)->settings(); !form.keys.empty() || form.others)
+      settings.push_back(writer.reference_to(form));
+  definitions["device_settings"] = {{"description", "As the kind of the device says."}, {"anyOf", settings}};
+  return file_schema("takt scenario", cell::scenario_form().form(), std::move(definitions));
+}
+
+struct PrintedFile {
+  const char* name;
+  Json (*schema)();
+};
+constexpr PrintedFile kFiles[] = {
+    {"scenario", scenario_schema},
+    {"site", [] { return file_schema("takt site", cell::site_form().form(), Json::object()); }},
+    {"materials", [] { return file_schema("takt materials", device::materials_form(), Json::object()); }}};
+
+int schema(const std::string& file) {
+  fmt::print("{}\n", std::ranges::find(kFiles, file, &PrintedFile::name)->schema().dump(2));
   return kHeld;
 }
 
 }  // namespace
 
 std::pair<CLI::App*, Verb> add_schema(CLI::App& app, Common&) {
-  return {app.add_subcommand("schema", "Print the definitions of the schema of scenario files that tables describe"),
-          schema};
+  CLI::App* verb = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
+  const auto file = std::make_shared<std::string>("scenario");
+  std::vector<std::string> names;
+  for (const PrintedFile& kind : kFiles) names.emplace_back(kind.name);
+  verb->add_option("FILE", *file, "Kind of file")->check(CLI::IsMember(names))->capture_default_str();
+  return {verb, [file] { return schema(*file); }};
 }
 
 }  // namespace takt::tools

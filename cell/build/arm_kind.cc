@@ -66,7 +66,7 @@ void ArmKind::declare(const DeviceEntry& entry, const device::ModelDescription*,
 void ArmKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const {
   const ArmDescription& arm = *device.as<ArmDescription>();
   if (!device.entry->settings.empty())
-    diagnostics.error(Code::kInvalidValue, device.pointer() + "/settings", "an arm has no settings");
+    diagnostics.error(Code::kInvalidValue, device.pointer() + "/settings", "an arm has no settings", "Remove them");
   const auto& wanted = device.entry->start_rad;
   const std::string pointer = device.pointer() + "/start_deg";
   const auto count = static_cast<std::size_t>(arm.home.size());

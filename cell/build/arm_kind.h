@@ -10,7 +10,7 @@ namespace takt::cell {
 /// Kind "arm": what is driven by set points of its joints. Other kinds that are, a mobile base, build on it.
 class ArmKind : public DeviceKind {
  public:
-  explicit ArmKind(std::string name = "arm") : DeviceKind(std::move(name)) {}
+  explicit ArmKind(std::string name = "arm", Form settings = {}) : DeviceKind(std::move(name), std::move(settings)) {}
 
   [[nodiscard]] Result<ModelPointer> read(const std::filesystem::path& folder) const override;
   [[nodiscard]] bool has_backend() const override { return true; }

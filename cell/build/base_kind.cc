@@ -1,7 +1,7 @@
 // Kind "base": a mobile base, for the core an arm of the joints x, y, yaw (docs/devices/base.md).
 #include "cell/build/arm_kind.h"
 #include "cell/build/device_kinds.h"
-#include "core/base/object_reader.h"
+#include "core/base/form_of.h"
 #include "core/device/base_description.h"
 #include "sim/model/from_model.h"
 
@@ -10,28 +10,36 @@ namespace {
 
 using device::BaseDescription;
 
-/// What the scenario says of its odometry; it counts right where nothing is said.
+const FormOf<sim::OdometryError>& odometry_form() {
+  using Error = sim::OdometryError;
+  constexpr Range kScale{.low = 0.5, .high = 2.0};
+  static const auto form =
+      FormOf<Error>("", "Errors of the odometry; it counts right where nothing is said (docs/devices/base.md).")
+          .add(number_key("linear_scale", "", kScale, "What it counts of the true way.").optional(),
+               &Error::linear_scale)
+          .add(number_key("angular_scale", "", kScale, "What it counts of the true turn.").optional(),
+               &Error::angular_scale)
+          .add(number_key("heading_drift_rad_m", "rad/m", {.low = -1.0, .high = 1.0}, "Turn that it does not see.")
+                   .optional(),
+               &Error::heading_drift)
+          .add(number_key("random_walk_m_per_root_m", "m per root of m", {.low = 0.0, .high = 1.0},
+                          "Sigma of its random walk.")
+                   .optional(),
+               &Error::random_walk);
+  return form;
+}
+
 sim::OdometryError odometry_error(const LoadedDevice& device, Diagnostics& diagnostics) {
-  sim::OdometryError error;
-  ObjectReader settings(device.entry->settings, device.pointer() + "/settings", diagnostics);
-  if (const auto* json = settings.object("odometry", /*required=*/false)) {
-    constexpr Range kScale{.low = 0.5, .high = 2.0};
-    constexpr Range kDrift{.low = -1.0, .high = 1.0};
-    constexpr Range kWalk{.low = 0.0, .high = 1.0};
-    ObjectReader odometry(*json, settings.at("odometry"), diagnostics);
-    error.linear_scale = odometry.number("linear_scale", 1.0, kScale);
-    error.angular_scale = odometry.number("angular_scale", 1.0, kScale);
-    error.heading_drift = odometry.number("heading_drift_rad_m", 0.0, kDrift);
-    error.random_walk = odometry.number("random_walk_m_per_root_m", 0.0, kWalk);
-    odometry.finish();
-  }
-  settings.finish();
-  return error;
+  SettingsReader from(device, diagnostics);
+  const auto* json = from.json("odometry");
+  return json ? odometry_form().read(*json, from.at("odometry"), diagnostics) : sim::OdometryError{};
 }
 
 class BaseKind final : public ArmKind {
  public:
-  BaseKind() : ArmKind("base") {}
+  BaseKind()
+      : ArmKind("base",
+                {.doc = "A mobile base.", .keys = {object_key("odometry", odometry_form().form(), "").optional()}}) {}
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_base(folder); }
 

@@ -5,7 +5,6 @@
 #include "cell/build/cell_models.h"
 #include "cell/build/device_kinds.h"
 #include "cell/build/signal_devices.h"
-#include "core/base/object_reader.h"
 #include "core/device/device_file.h"
 #include "core/device/signal.h"
 #include "sim/model/from_model.h"
@@ -17,7 +16,11 @@ using device::BeamDescription;
 
 class LightBarrierKind final : public DeviceKind {
  public:
-  LightBarrierKind() : DeviceKind("light_barrier") {}
+  LightBarrierKind()
+      : DeviceKind("light_barrier", {.doc = "A digital input with a beam.",
+                                     .keys = {number_key("distance_m", "m", kPositive,
+                                                         "Distance of the reflector, at most the range of the model.")
+                                                  .optional("the range of the model")}}) {}
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override {
     return device::read_light_barrier(folder);
@@ -26,8 +29,7 @@ class LightBarrierKind final : public DeviceKind {
     cell.digital_inputs[entry.name];
   }
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
-    if (!device.entry->start_rad.empty())
-      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
+    DeviceKind::check(device, diagnostics);
     (void)distance_of(device, diagnostics);
   }
   void simulate(const LoadedDevice& device, sim::WorldDescription& world) const override {
@@ -47,10 +49,8 @@ class LightBarrierKind final : public DeviceKind {
   /// To the reflector, m.
   static double distance_of(const LoadedDevice& device, Diagnostics& diagnostics) {
     const double range = device.as<BeamDescription>()->range_max;
-    ObjectReader reader(device.entry->settings, device.pointer() + "/settings", diagnostics);
-    const double distance = reader.number("distance_m", range, {.low = 0.0, .high = range, .low_open = true});
-    reader.finish();
-    return distance;
+    SettingsReader from(device, diagnostics);
+    return from.number_up_to("distance_m", range, range);
   }
 };
 

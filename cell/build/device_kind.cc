@@ -1,6 +1,7 @@
 #include "cell/build/device_kind.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sim/model/from_model.h"
 
@@ -9,11 +10,15 @@ namespace takt::cell {
 void DeviceKind::declare(const DeviceEntry&, const device::ModelDescription*, expression::Cell&) const {}
 
 void DeviceKind::check(const LoadedDevice& device, Diagnostics& diagnostics) const {
-  if (!device.entry->start_rad.empty())
-    diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
-  if (!device.entry->settings.empty()) {
+  if (!device.entry->start_rad.empty()) {
+    std::vector<std::string> keys;
+    for (const Key& key : settings_.keys) keys.push_back(fmt::format("\"{}\"", key.name));
+    diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints",
+                      keys.empty() ? "Remove it" : fmt::format("Give {} in \"settings\"", fmt::join(keys, ", ")));
+  }
+  if (settings_.keys.empty() && !settings_.others && !device.entry->settings.empty()) {
     diagnostics.error(Code::kInvalidValue, device.pointer() + "/settings",
-                      fmt::format("a device of kind '{}' has no settings", name_));
+                      fmt::format("a device of kind '{}' has no settings", name_), "Remove them");
   }
 }
 

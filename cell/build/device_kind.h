@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cell/file/description.h"
+#include "core/base/form.h"
 #include "core/device/description.h"
 #include "core/expression/cell.h"
 #include "sim/model/world_description.h"
@@ -53,11 +54,15 @@ struct MountPlace {
 class DeviceKind {
  public:
   /// @param name  as "kind" in a device file says
-  explicit DeviceKind(std::string name) : name_(std::move(name)) {}
+  /// @param settings  what "settings" of its devices may say (docs/tables.md)
+  explicit DeviceKind(std::string name, Form settings = {}) : name_(std::move(name)), settings_(std::move(settings)) {
+    settings_.definition = name_ + "_settings";
+  }
   virtual ~DeviceKind() = default;
   DeviceKind(const DeviceKind&) = delete;
   DeviceKind& operator=(const DeviceKind&) = delete;
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const Form& settings() const { return settings_; }
 
   // -- What it is ----------------------------------------------------------------------------------------------------
   /// Reads the device file and the URDF in this folder; all diagnostics at once, with the file in them.
@@ -78,7 +83,8 @@ class DeviceKind {
   virtual void declare(const DeviceEntry& entry, const device::ModelDescription* model, expression::Cell& cell) const;
 
   // -- In the simulation ---------------------------------------------------------------------------------------------
-  /// Checks what the scenario says of one device beyond its model: `settings`, `start_deg`. By default there is none.
+  /// Checks what the scenario says of one device beyond its model: `settings`, `start_deg`. By default it has no
+  /// joints, and settings are refused if the kind has none.
   virtual void check(const LoadedDevice& device, Diagnostics& diagnostics) const;
   /// Its body. By default the URDF as it stands.
   [[nodiscard]] virtual sim::RobotDescription body(const LoadedDevice& device, sim::Mount mount) const;
@@ -91,6 +97,21 @@ class DeviceKind {
 
  private:
   std::string name_;
+  Form settings_;
+};
+
+/// Reads the settings of a device by the form of its kind; what is none of them is a diagnostic at the end.
+class SettingsReader : public FormReader {
+ public:
+  SettingsReader(const LoadedDevice& device, Diagnostics& diagnostics)
+      : FormReader(device.kind->settings(), object_),
+        object_(device.entry->settings, device.pointer() + "/settings", diagnostics) {}
+  SettingsReader(const SettingsReader&) = delete;
+  SettingsReader& operator=(const SettingsReader&) = delete;
+  ~SettingsReader() { object_.finish(); }
+
+ private:
+  ObjectReader object_;
 };
 
 }  // namespace takt::cell

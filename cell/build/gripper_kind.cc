@@ -7,7 +7,6 @@
 #include "cell/build/device_kinds.h"
 #include "cell/build/faulty_machines.h"
 #include "cell/build/site_devices.h"
-#include "core/base/object_reader.h"
 #include "core/device/device_file.h"
 #include "core/device/gripper.h"
 #include "sim/model/from_model.h"
@@ -20,15 +19,18 @@ using device::GripperDescription;
 /// How far apart the fingers stand at the start, m: what the scenario says, else open.
 double start_width(const LoadedDevice& device, Diagnostics& diagnostics) {
   const double stroke = device.as<GripperDescription>()->stroke;
-  ObjectReader reader(device.entry->settings, device.pointer() + "/settings", diagnostics);
-  const double width = reader.number("start_width_m", stroke, {.low = 0.0, .high = stroke});
-  reader.finish();
-  return width;
+  SettingsReader from(device, diagnostics);
+  return from.number_up_to("start_width_m", stroke, stroke);
 }
 
 class GripperKind final : public DeviceKind {
  public:
-  GripperKind() : DeviceKind("gripper") {}
+  GripperKind()
+      : DeviceKind("gripper",
+                   {.doc = "A tool that is driven.",
+                    .keys = {number_key("start_width_m", "m", kNotNegative,
+                                        "Distance between the fingers at the start, at most the stroke of the model.")
+                                 .optional("open")}}) {}
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_gripper(folder); }
   bool needs_arm() const override { return true; }
@@ -41,10 +43,7 @@ class GripperKind final : public DeviceKind {
   }
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
-    if (!device.entry->start_rad.empty()) {
-      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a gripper has no such joints",
-                        "Give \"start_width_m\" in \"settings\"");
-    }
+    DeviceKind::check(device, diagnostics);
     (void)start_width(device, diagnostics);
   }
 

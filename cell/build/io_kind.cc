@@ -9,7 +9,7 @@
 #include "cell/build/device_kinds.h"
 #include "cell/build/signal_devices.h"
 #include "cell/build/site_devices.h"
-#include "core/base/object_reader.h"
+#include "core/base/form_of.h"
 #include "core/device/device_file.h"
 #include "core/device/signal.h"
 
@@ -29,40 +29,62 @@ struct Terminal {
   std::vector<sim::SimInputDescription::Step> script;
 };
 
-double read_value(ObjectReader& reader, bool analog) {
-  return analog ? reader.number("value") : reader.boolean("value", false) ? 1.0 : 0.0;
+using Step = sim::SimInputDescription::Step;
+
+const FormOf<Step>& step_form(bool analog) {
+  const auto form = [](bool reads_number) {
+    return FormOf<Step>()
+        .add(number_key("at_s", "s", kNotNegative, "Simulated time."), &Step::from)
+        .add(any_of_key("value", {"number", "boolean"}, "Value from then on; of an analog input in its unit.")
+                 .optional("false, of an analog input required"),
+             [reads_number](FormReader& from, Step& step) {
+               if (reads_number) step.value = from.object().number("value");
+               if (!reads_number) step.value = from.object().boolean("value", false) ? 1.0 : 0.0;
+             });
+  };
+  static const FormOf<Step> numbers = form(true), truths = form(false);
+  return analog ? numbers : truths;
 }
 
-std::vector<sim::SimInputDescription::Step> read_script(ObjectReader& reader, const IoChannel& channel) {
-  std::vector<sim::SimInputDescription::Step> script;
-  const Json* list = reader.array("script", false);
-  for (std::size_t i = 0; list && i < list->size(); ++i) {
-    ObjectReader step((*list)[i], reader.at("script") + pointer_segment(i), reader.diagnostics());
-    const double at = step.number("at_s", {}, kNotNegative);
-    script.push_back({static_cast<Nanoseconds>(at * 1e9), read_value(step, channel.is_analog())});
-    if (i > 0 && script[i].from < script[i - 1].from) {
-      reader.diagnostics().error(Code::kOutOfRange, step.at("at_s"),
-                                 fmt::format("{:g} s, before the step before it", at), "Give ascending times");
+Key name_key() { return text_key("name", "Its name in this cell, without '/'.").optional("that of the model"); }
+
+Form input_form() {
+  return {.doc = "An input. With neither 'from' nor 'script' it is false or 0.",
+          .keys = {name_key(),
+                   text_key("from", "The output, light barrier or range finder to which it is wired.").optional(),
+                   objects_key("script", 0, step_form(true).form(), "Values over time, ascending.").optional()},
+          .rules = {at_most_one({"from", "script"}, "Give a wire, or a script")}};
+}
+
+std::vector<Step> read_script(FormReader& from, const IoChannel& channel) {
+  std::vector<Step> script;
+  from.elements("script", [&](const Json& json, const std::string& pointer) {
+    script.push_back(step_form(channel.is_analog()).read(json, pointer, from.diagnostics()));
+    if (script.size() > 1 && script.back().from < script[script.size() - 2].from) {
+      from.diagnostics().error(Code::kOutOfRange, pointer + "/at_s",
+                               fmt::format("{:g} s, before the step before it", to_seconds(script.back().from)),
+                               "Give ascending times");
     }
-    step.finish();
-  }
+  });
   return script;
 }
 
 void read_terminal(const Json& json, Diagnostics& diagnostics, Terminal& terminal) {
-  ObjectReader reader(json, terminal.pointer, diagnostics);
-  terminal.name = reader.text("name", terminal.channel->name);
+  static const Form input = input_form(), output{.doc = "An output.", .keys = {name_key()}};
+  const bool is_output = terminal.channel->is_output();
+  ObjectReader object(json, terminal.pointer, diagnostics);
+  FormReader from(is_output ? output : input, object);
+  if (from.has("name")) terminal.name = from.text("name");
+  (void)object.child("name");
   if (terminal.name.empty() || terminal.name.find('/') != std::string::npos)
-    diagnostics.error(Code::kInvalidName, reader.at("name"), fmt::format("invalid name '{}'", terminal.name),
+    diagnostics.error(Code::kInvalidName, from.at("name"), fmt::format("invalid name '{}'", terminal.name),
                       "Choose a name that is not empty and has no '/'");
-  if (!terminal.channel->is_output()) {
-    terminal.source = reader.text("from", "");
-    terminal.script = read_script(reader, *terminal.channel);
-    if (!terminal.source.empty() && reader.has("script"))
-      diagnostics.error(Code::kConflict, terminal.pointer, "both 'from' and 'script' are given",
-                        "Give a wire, or a script");
+  if (!is_output) {
+    terminal.source = from.text("from");
+    terminal.script = read_script(from, *terminal.channel);
   }
-  reader.finish();
+  from.check_rules();
+  object.finish();
 }
 
 /// All terminals of the block; what the scenario says of some is in its settings.
@@ -104,7 +126,9 @@ device::SignalOutputDescription<T> output_of(const IoChannel& channel) {
 
 class IoKind final : public DeviceKind {
  public:
-  IoKind() : DeviceKind("io") {}
+  IoKind()
+      : DeviceKind("io", {.doc = "The terminals that are used, by their names in the model.",
+                          .others = std::make_shared<const Key>(object_key("", input_form(), ""))}) {}
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override { return device::read_io(folder); }
 
@@ -131,8 +155,7 @@ class IoKind final : public DeviceKind {
   }
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
-    if (!device.entry->start_rad.empty())
-      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "this device has no joints");
+    DeviceKind::check(device, diagnostics);
     (void)terminals_of(*device.entry, *device.as<IoDescription>(), diagnostics);
   }
 

@@ -8,7 +8,6 @@
 #include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
 #include "cell/file/shape_file.h"
-#include "core/base/object_reader.h"
 #include "core/device/device_file.h"
 #include "core/device/screw_thread.h"
 #include "core/device/screwdriver.h"
@@ -29,17 +28,15 @@ constexpr const char* kDriverReadings[] = {"torque", "peak_torque", "angle", "me
 
 /// What the scenario says of one screwdriver: the size of its bit.
 std::optional<double> bit_radius(const LoadedDevice& driver, Diagnostics& diagnostics) {
-  const std::string pointer = driver.pointer() + "/settings";
-  ObjectReader reader(driver.entry->settings, pointer, diagnostics);
-  const std::string size = reader.text("bit", "");
-  reader.finish();
+  SettingsReader from(driver, diagnostics);
+  const std::string size = from.text("bit");
   if (size.empty()) return std::nullopt;
   const auto threads = device::read_threads(device::ModelLibrary({driver.model->folder.parent_path()}));
   if (!threads) {
     diagnostics.append(threads.error());
     return std::nullopt;
   }
-  const device::ScrewThread* thread = find_thread(*threads, size, reader.at("bit"), diagnostics);
+  const device::ScrewThread* thread = find_thread(*threads, size, from.at("bit"), diagnostics);
   return thread ? std::optional(0.5 * kKeyPlay * thread->socket_width) : std::nullopt;
 }
 
@@ -57,7 +54,11 @@ std::shared_ptr<const kinematics::RobotModel> with_bit(const ScrewdriverDescript
 
 class ScrewdriverKind final : public DeviceKind {
  public:
-  ScrewdriverKind() : DeviceKind("screwdriver") {}
+  ScrewdriverKind()
+      : DeviceKind("screwdriver",
+                   {.doc = "A tool that turns screws.",
+                    .keys = {text_key("bit", "Size of the screws that its bit fits, a name of models/threads.json.")
+                                 .optional("that of the model")}}) {}
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override {
     return device::read_screwdriver(folder);
@@ -75,10 +76,7 @@ class ScrewdriverKind final : public DeviceKind {
   }
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
-    if (!device.entry->start_rad.empty()) {
-      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a screwdriver has no such joints",
-                        "Give \"bit\" in \"settings\"");
-    }
+    DeviceKind::check(device, diagnostics);
     (void)bit_radius(device, diagnostics);
   }
 

@@ -6,7 +6,6 @@
 #include "cell/build/cell_models.h"
 #include "cell/build/command_tape.h"
 #include "cell/build/device_kinds.h"
-#include "core/base/object_reader.h"
 #include "core/device/signal.h"
 #include "core/device/tool_changer.h"
 #include "sim/machines/tool_changer.h"
@@ -113,16 +112,16 @@ class ToolChangerKind final : public DeviceKind {
 };
 
 /// The number that its plug is coded with.
-int number_of(const DeviceEntry& entry, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(entry.settings, pointer + "/settings", diagnostics);
-  const auto number = reader.integer("number", {}, {.low = 1, .high = kMostToolSides});
-  reader.finish();
-  return static_cast<int>(number);
+int number_of(const LoadedDevice& side, Diagnostics& diagnostics) {
+  return static_cast<int>(SettingsReader(side, diagnostics).integer("number"));
 }
 
 class ToolSideKind final : public DeviceKind {
  public:
-  ToolSideKind() : DeviceKind("tool_side") {}
+  ToolSideKind()
+      : DeviceKind("tool_side", {.doc = "The half of a tool changer at the tool.",
+                                 .keys = {integer_key("number", {.low = 1, .high = kMostToolSides},
+                                                      "Number that its plug is coded with.")}}) {}
 
   Result<ModelPointer> read(const std::filesystem::path& folder) const override {
     return device::read_tool_side(folder);
@@ -138,9 +137,8 @@ class ToolSideKind final : public DeviceKind {
   }
 
   void check(const LoadedDevice& device, Diagnostics& diagnostics) const override {
-    if (!device.entry->start_rad.empty())
-      diagnostics.error(Code::kInvalidValue, device.pointer() + "/start_deg", "a tool side has no joints");
-    (void)number_of(*device.entry, device.pointer(), diagnostics);
+    DeviceKind::check(device, diagnostics);
+    (void)number_of(device, diagnostics);
     if (!device.on) return;
     if (!device.entry->mount.isApprox(Eigen::Isometry3d::Identity()))
       diagnostics.error(Code::kInvalidValue, device.pointer() + "/mount", "a tool side is where its changer locks it",
@@ -172,7 +170,7 @@ class ToolSideKind final : public DeviceKind {
                                 .pointer = device.pointer(),
                                 .body = name + "/" + model->coupling_link,
                                 .size = model->size,
-                                .number = number_of(*device.entry, device.pointer(), ignored)});
+                                .number = number_of(device, ignored)});
     if (!device.on) return;
     for (sim::SimToolChangerDescription& changer : world.tool_changers)
       if (changer.name == device.entry->on) changer.coupled = name;
@@ -181,7 +179,7 @@ class ToolSideKind final : public DeviceKind {
   void add(const LoadedDevice& device, LoadedDevices, BuiltCell& built) const override {
     Diagnostics ignored;  // checked before
     built.cell.tool_sides[device.entry->name] = {.size = device.as<ToolSideDescription>()->size,
-                                                 .number = number_of(*device.entry, device.pointer(), ignored)};
+                                                 .number = number_of(device, ignored)};
   }
 };
 

@@ -158,9 +158,9 @@ FaultKind sensor_fault() {
         vector_key("force_N", "N", "With bias what it adds in the axes of the sensor, with noise its sigma per axis.")
             .optional("zero"),
         vector_key("torque_Nm", "Nm", "With bias what it adds, with noise its sigma per axis.").optional("zero"),
-        any_key("value", "input_value",
-                "Of an input: what bias adds, or the sigma of noise, or with value what it reads, in its unit; of a "
-                "digital one true or false.")
+        any_of_key("value", {"number", "boolean"},
+                   "Of an input: what bias adds, or the sigma of noise, or with value what it reads, in its unit; of a "
+                   "digital one true or false.")
             .optional(),
         number_key("delay_s", "s", {.low = 0.0, .high = kLongestDelay, .low_open = true},
                    "With delay, required: by how much readings are late.")

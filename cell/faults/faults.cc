@@ -25,12 +25,12 @@ Result<std::vector<ScheduledFault>> make_faults(const std::vector<FaultEntry>& e
   std::vector<ScheduledFault> faults;
   for (const FaultEntry& entry : entries) {
     ObjectReader object(entry.json, entry.pointer, diagnostics);
-    (void)object.number("at_s", {}, kFaultTime);
-    (void)object.choice("do", FaultKind::registry().names(), FaultEntry::kDefaultKind);
-    const FaultKind* kind = FaultKind::registry().find(entry.kind);
-    if (kind == nullptr) continue;
+    FormReader common(fault_form(), object);
+    (void)common.number("at_s");
+    const auto kind = common.kind();
+    if (!kind) continue;
     FaultReader from(kind->form, object, built);
-    faults.push_back({.at = entry.at, .fault = kind->make(from)});
+    faults.push_back({.at = entry.at, .fault = FaultKind::registry().find(kind->name)->make(from)});
     from.check_rules();
     object.finish();
   }
@@ -38,21 +38,13 @@ Result<std::vector<ScheduledFault>> make_faults(const std::vector<FaultEntry>& e
   return faults;
 }
 
-nlohmann::ordered_json fault_schema() {
-  using Json = nlohmann::ordered_json;
-  const auto& kinds = FaultKind::registry();
-  return {{"type", "object"},
-          {"description", "A fault, or an action of a person at the cabinet, at a given time."},
-          {"required", Json::array({"at_s"})},
-          {"properties",
-           {{"at_s",
-             {{"type", "number"},
-              {"minimum", 0},
-              {"maximum", static_cast<int>(kLongestRun)},
-              {"description", "Simulated time, s."}}},
-            {"do",
-             {{"enum", kinds.names()}, {"default", FaultEntry::kDefaultKind}, {"description", "Kind of the fault."}}}}},
-          {"allOf", schema_of_kinds(kinds.forms(), "do", FaultEntry::kDefaultKind, {"at_s", "do"})}};
+const Form& fault_form() {
+  static const Form form{.doc = "A fault, or an action of a person at the cabinet, at a given time.",
+                         .keys = {number_key("at_s", "s", kFaultTime, "Simulated time.")},
+                         .definition = "fault",
+                         .kinds = Kinds{choice_key("do", {}, "Kind of the fault.").by_default(FaultEntry::kDefaultKind),
+                                        [] { return FaultKind::registry().forms(); }}};
+  return form;
 }
 
 Diagnostics check_faults_of_machines(const std::vector<FaultEntry>& entries) {

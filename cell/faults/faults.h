@@ -25,8 +25,8 @@ struct ScheduledFault {
 /// Diagnostics for faults that cannot happen to machines alone, without the core.
 [[nodiscard]] Diagnostics check_faults_of_machines(const std::vector<FaultEntry>& entries);
 
-/// Schema of one entry of "faults", all registered kinds.
-[[nodiscard]] nlohmann::ordered_json fault_schema();
+/// One entry of "faults", of all kinds that are registered.
+[[nodiscard]] const Form& fault_form();
 
 /// Lets faults happen to the simulated machines of a cell. Thread: the session's.
 class Faults {

@@ -20,10 +20,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr Range kCopies{.low = 0, .high = 1000};
 constexpr std::array<std::string_view, 5> kWithParameters{"frames", "devices", "objects", "cameras", "expectations"};
 
-bool is_parameter_name(const std::string& name) {
+bool is_parameter_name(std::string_view name) {
   const auto is_part = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
   return !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 && std::ranges::all_of(name, is_part);
 }
@@ -67,8 +66,7 @@ class CopyWriter {
   void read_parameter(const std::string& name, const Json& value) {
     const std::string pointer = "/parameters" + pointer_segment(name);
     if (!is_parameter_name(name))
-      diagnostics_.error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name),
-                         "Use letters, digits and '_', no digit first");
+      diagnostics_.error(Code::kInvalidName, pointer, fmt::format("invalid name '{}'", name), kParameterName.hint);
     else if (!value.is_number() && !value.is_boolean() && !value.is_string())
       diagnostics_.error(Code::kWrongType, pointer, "unexpected value " + short_dump(value),
                          "Give a number, a text, true or false");
@@ -100,25 +98,15 @@ class CopyWriter {
 
   /// A value that is not allowed is replaced by one that is: what would follow from it is no finding of its own.
   void check_range(const std::string& name, const Json& entry, const std::string& pointer, ObjectReader& values) {
-    ObjectReader reader(entry, pointer, diagnostics_);
-    if (reader.has("one_of")) {
-      const std::vector<std::string> choices = reader.texts("one_of");
-      reader.finish();
-      if (entry["one_of"].empty())
-        diagnostics_.error(Code::kOutOfRange, reader.at("one_of"), "no value is allowed", "Give at least one text");
-      else if (!choices.empty() && values.choice(name, choices).empty())
-        parameters_[name] = choices.front();
+    const auto [range, whole, choices] = parameter_range_form().read(entry, pointer, diagnostics_);
+    if (entry.contains("one_of")) {
+      if (!choices.empty() && values.choice(name, choices).empty()) parameters_[name] = choices.front();
       return;
     }
-    Range range;
-    range.low = reader.number("at_least", range.low);
-    range.high = reader.number("at_most", range.high, {.low = range.low});
-    const bool whole = reader.boolean("whole", false);
-    reader.finish();
     const std::size_t before = diagnostics_.list().size();
     const double value = whole ? static_cast<double>(values.integer(name, {}, range)) : values.number(name, {}, range);
     if (diagnostics_.list().size() == before) return;
-    const double allowed = std::clamp(std::isfinite(value) ? value : 0.0, range.low, range.high);
+    const double allowed = std::min(std::max(std::isfinite(value) ? value : 0.0, range.low), range.high);
     parameters_[name] = whole ? Json(static_cast<std::int64_t>(allowed)) : Json(allowed);
   }
 
@@ -197,16 +185,8 @@ class CopyWriter {
 
   std::vector<std::pair<std::int64_t, Json>> copies_of(const Json& entry, const std::string& pointer) {
     std::vector<std::pair<std::int64_t, Json>> copies;
-    if (!entry["copies"].is_object()) {
-      diagnostics_.error(Code::kWrongType, pointer + "/copies", "unexpected value " + short_dump(entry["copies"]),
-                         "Write {\"count\": N, \"step_m\": [x, y, z]}");
-      return copies;
-    }
-    ObjectReader reader(entry["copies"], pointer + "/copies", diagnostics_);
-    const std::int64_t count = reader.integer("count", {}, kCopies);
-    const std::vector<double> step = reader.numbers("step_m", 3, std::vector<double>{0, 0, 0});
-    reader.finish();
-    for (std::int64_t number = 1; number <= count && step.size() == 3; ++number) {
+    const auto [count, step] = copies_form().read(entry["copies"], pointer + "/copies", diagnostics_);
+    for (std::int64_t number = 1; number <= count; ++number) {
       Json copy = entry;
       copy.erase("copies");
       number_texts(copy, number);
@@ -229,14 +209,14 @@ class CopyWriter {
   }
 
   /// An object by its place, all else by its own position; where none is said it is counted from the origin.
-  static void shift(Json& copy, const std::vector<double>& step, double steps) {
+  static void shift(Json& copy, const Eigen::Vector3d& step, double steps) {
     const auto at = copy.find("at");
     Json& placed = at != copy.end() && at->is_object() ? *at : copy;
-    if (std::ranges::all_of(step, [](double one) { return one == 0.0; })) return;
+    if (step.isZero(0.0)) return;
     Json& position = placed["position_m"];
     if (position.is_null()) position = Json::array({0.0, 0.0, 0.0});
     for (std::size_t i = 0; i < 3 && position.is_array() && i < position.size(); ++i)
-      if (position[i].is_number()) position[i] = position[i].get<double>() + steps * step[i];
+      if (position[i].is_number()) position[i] = position[i].get<double>() + steps * step[static_cast<Eigen::Index>(i)];
   }
 
   Json& document_;
@@ -245,6 +225,40 @@ class CopyWriter {
 };
 
 }  // namespace
+
+const NameRule kParameterName{.pattern = "^[A-Za-z_][A-Za-z0-9_]*$",
+                              .allows = is_parameter_name,
+                              .hint = "Use letters, digits and '_', no digit first"};
+
+const FormOf<Copies>& copies_form() {
+  static const auto form =
+      FormOf<Copies>("copies")
+          .add(integer_key("count", {.low = 0, .high = 1000}, "How many; 0: none.").with_parameter(), &Copies::count)
+          .add(vector_key("step_m", "m", "From one to the next, added to the position.").optional("none"),
+               &Copies::step);
+  return form;
+}
+
+const FormOf<ParameterRange>& parameter_range_form() {
+  using Allowed = ParameterRange;
+  static const auto form =
+      FormOf<Allowed>("parameter_range")
+          .add(number_key("at_least", "", kAnyNumber, "The smallest number.").optional("any"),
+               [](Allowed& to) -> double& { return to.range.low; })
+          .add(number_key("at_most", "", kAnyNumber, "The largest number.").optional("any"),
+               [](Allowed& to) -> double& { return to.range.high; })
+          .add(boolean_key("whole", "Only whole numbers.").optional(), &Allowed::whole)
+          .add(texts_key("one_of", "The texts that are allowed; alone.", 1).optional(), &Allowed::choices)
+          .rule(at_most_one({"one_of", "at_least"}))
+          .rule(at_most_one({"one_of", "at_most"}))
+          .then([](FormReader& from, Allowed& to) {
+            if (to.range.low > to.range.high)
+              from.diagnostics().error(Code::kOutOfRange, from.at("at_most"),
+                                       fmt::format("{:g} is less than 'at_least'", to.range.high),
+                                       fmt::format("Give a number of at least {:g}", to.range.low));
+          });
+  return form;
+}
 
 void write_out_copies(Json& document, Diagnostics& diagnostics) { CopyWriter(document, diagnostics).write(); }
 

@@ -1,10 +1,30 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
 
-#include "core/base/diagnostics.h"
+#include <Eigen/Core>
+
+#include "core/base/form_of.h"
 
 namespace takt::cell {
+
+/// "copies": so many, each one step (m) further.
+struct Copies {
+  std::int64_t count = 0;
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();
+};
+[[nodiscard]] const FormOf<Copies>& copies_form();
+
+extern const NameRule kParameterName;
+/// The values that a parameter may have.
+struct ParameterRange {
+  Range range = kAnyNumber;
+  bool whole = false;
+  std::vector<std::string> choices = {};
+};
+[[nodiscard]] const FormOf<ParameterRange>& parameter_range_form();
 
 /// Writes out what a scenario file says once for many (docs/scenarios.md):
 /// - a text "$NAME" outside of programs is the value of `parameters`; the program has them as variables, and

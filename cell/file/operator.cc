@@ -1,13 +1,11 @@
 #include "cell/file/operator.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/base/object_reader.h"
 #include "core/device/channel_file.h"
 
 namespace takt::cell {
@@ -15,54 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using ActionKind = OperatorAction::Kind;
-
-struct KindName {
-  ActionKind kind;
-  const char* name;
-};
-
-constexpr std::array<KindName, 6> kKinds{{{ActionKind::kPause, "pause"},
-                                          {ActionKind::kResume, "resume"},
-                                          {ActionKind::kOverride, "override"},
-                                          {ActionKind::kCancel, "cancel"},
-                                          {ActionKind::kAbort, "abort"},
-                                          {ActionKind::kWrite, "write"}}};
-
-ActionKind read_kind(ObjectReader& reader) {
-  std::vector<std::string> names;
-  for (const KindName& entry : kKinds) names.emplace_back(entry.name);
-  const std::string name = reader.choice("do", names);
-  const auto found = std::ranges::find(kKinds, name, [](const KindName& entry) { return std::string(entry.name); });
-  return found == kKinds.end() ? ActionKind::kPause : found->kind;
-}
-
-OperatorAction read_action(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  OperatorAction action;
-  action.pointer = pointer;
-  action.kind = read_kind(reader);
-  constexpr Range kTime{.low = 0.0, .high = 3600.0};
-  if (reader.has("at_step")) {
-    action.step = reader.text("at_step");
-    if (action.step.empty())
-      diagnostics.error(Code::kMissing, reader.at("at_step"), "an empty name", "Give the name of a step");
-    action.after_s = reader.number("after_s", 0.0, kTime);
-  } else {
-    action.after_s = reader.number("at_s", {}, kTime);
-  }
-  if (action.kind == ActionKind::kOverride) action.override_ = reader.number("value", {}, {.low = 0.0, .high = 1.0});
-  if (action.kind == ActionKind::kWrite) {
-    action.channel = reader.text("channel");
-    if (const Json* value = reader.child("value")) {
-      action.value = value->dump();
-    } else {
-      diagnostics.error(Code::kMissing, pointer, "key 'value' is missing", "Give what is written, or null");
-    }
-  }
-  reader.finish();
-  return action;
-}
-
 /// What the cell begins with: hardware moves slowly at first.
 double initial_override(rcc::ControlCore& core) {
   const device::Channel* channel = core.find_channel(Operator::kOverride);
@@ -73,12 +23,39 @@ double initial_override(rcc::ControlCore& core) {
 
 }  // namespace
 
-std::vector<OperatorAction> read_operator(const Json& list, const std::string& pointer, Diagnostics& diagnostics) {
-  std::vector<OperatorAction> actions;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    actions.push_back(read_action(list[i], pointer + pointer_segment(i), diagnostics));
-  }
-  return actions;
+const FormOf<OperatorAction>& operator_form() {
+  using Kind = OperatorAction::Kind;
+  using Form = FormOf<OperatorAction>;
+  constexpr Range kTime{.low = 0.0, .high = 3600.0};
+  static const auto form =
+      Form("operator_action")
+          .add(number_key("at_s", "s", kTime, "When: simulated time. This or 'at_step'.").optional("'at_step' says it"),
+               &OperatorAction::after_s)
+          .add(text_key("at_step", "When: at the first start of a step of this name.", 1).optional(),
+               &OperatorAction::step)
+          .rule(exactly_one({"at_s", "at_step"}))
+          .add(number_key("after_s", "s", kTime, "Delay after 'at_step'.").optional("0"), &OperatorAction::after_s)
+          .rule(needs("after_s", "at_step"))
+          .kinds(
+              choice_key("do", {}, "What the operator does."), &OperatorAction::kind,
+              Form::KindList<Kind>{
+                  {"pause", Kind::kPause, Form("", "All planned motions stop on their paths and no step begins.")},
+                  {"resume", Kind::kResume, Form("", "They continue.")},
+                  {"override", Kind::kOverride,
+                   Form("", "Sets the speed of all planned motions.")
+                       .add(number_key("value", "", {.low = 0.0, .high = 1.0}, "Share of the planned speed."),
+                            &OperatorAction::override_)},
+                  {"cancel", Kind::kCancel, Form("", "Like Ctrl-C: motions brake on their paths and nothing follows.")},
+                  {"abort", Kind::kAbort, Form("", "All devices stop at once and the run ends with an error.")},
+                  {"write", Kind::kWrite,
+                   Form("", "Writes a channel.")
+                       .add(text_key("channel", "A channel that is written from outside."), &OperatorAction::channel)
+                       .add(any_key("value", "", "The value, or null."),
+                            [](FormReader& from, OperatorAction& action) {
+                              if (const Json* value = from.json("value")) action.value = value->dump();
+                            })}})
+          .then([](FormReader& from, OperatorAction& action) { action.pointer = from.pointer(); });
+  return form;
 }
 
 Diagnostics check_operator(const std::vector<OperatorAction>& actions, rcc::ControlCore& core,

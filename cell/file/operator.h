@@ -7,9 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "core/base/diagnostics.h"
+#include "core/base/form_of.h"
 #include "core/device/emergency_stop.h"
 #include "core/rcc/control_core.h"
 
@@ -27,9 +25,8 @@ struct OperatorAction {
   std::string value;       ///< of kWrite, as JSON text
 };
 
-/// Reads "operator": a list of {"at_s" or "at_step" with "after_s", "do", ...}. All diagnostics at once.
-[[nodiscard]] std::vector<OperatorAction> read_operator(const nlohmann::ordered_json& list, const std::string& pointer,
-                                                        Diagnostics& diagnostics);
+/// An entry of "operator": {"at_s" or "at_step" with "after_s", "do", ...}.
+[[nodiscard]] const FormOf<OperatorAction>& operator_form();
 
 /// Channels that are not there or carry another type; steps that the program does not have.
 /// @param steps  names of the program's steps; nothing: nobody knows them before the run (a program in C++)

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/object_reader.h"
+#include "core/base/diagnostics.h"
 #include "core/device/screw_thread.h"
 #include "core/world/object.h"
 
@@ -17,18 +17,8 @@ struct ScrewEntry {
   std::optional<device::ScrewThread> figures = {};  ///< of models/threads.json, once they have been looked up
 };
 
-/// The shapes of an object.
-struct ShapeList {
-  std::vector<world::Object::Part> parts;
-  std::vector<double> masses;         ///< kg, one per part, or none
-  std::vector<std::string> pointers;  ///< one per part: where it is in the file
-};
-
-/// The shapes of an object: of "shape" and its sizes, or of "parts". Tubes and containers become the shapes that they
-/// are made of. Diagnostics have pointers into the object. Realtime: setup.
-[[nodiscard]] ShapeList read_shapes(ObjectReader& reader);
-/// "screw", if there is one. Realtime: setup.
-[[nodiscard]] std::optional<ScrewEntry> read_screw(ObjectReader& reader);
+/// In Bore::thread until the size is known: a clearance for a screw of that size, not a thread.
+inline constexpr const char* kClearance = "clearance ";
 
 /// Gives the bores with a thread or a clearance the radius of their size. Realtime: setup.
 /// @param pointers  of the parts

@@ -8,18 +8,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/form_of.h"
 #include "core/base/json.h"
-#include "core/base/object_reader.h"
 
 namespace takt::cell {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kSimulated = "sim";
+constexpr const char* kSlowKind = "slow";
 constexpr double kCycleMaxMs = 100.0;  // the slowest that a vendor offers
-constexpr Range kSpeedOverride{.low = 0.01, .high = 1.0};
-constexpr Range kShare{.low = 0.0, .high = 0.5};
-
 /// Settings of the kind "slow": key of a site file, word of --backend, unit there, its factor.
 struct SlowKey {
   const char* key;
@@ -45,54 +44,77 @@ std::vector<std::string> names_of_kinds() {
   return names;
 }
 
-Nanoseconds milliseconds(double ms) { return static_cast<Nanoseconds>(std::llround(ms * kMillisecond)); }
+constexpr Range kCycle{.low = 0.0, .high = kCycleMaxMs}, kWire{.low = 0.0, .high = 50.0},
+    kShare{.low = 0.0, .high = 0.5};
 
-emulation::SlowOptions read_slow(ObjectReader& reader) {
+Form slow_form() {
+  const auto ms = [](const char* key, double absent, const Range& range, const char* doc) {
+    return number_key(key, "ms", range, doc).by_default(absent);
+  };
+  const auto share = [](const char* key, const char* doc) { return number_key(key, "", kShare, doc).by_default(0.0); };
+  return {
+      .doc = "In the simulation, with a clock and a connection of its own.",
+      .keys = {ms("cycle_ms", 0.0, kCycle, "Cycle of the device, on its own clock, 1 or more; 0: that of the model."),
+               ms("offset_ms", 12'345.678, {.low = -1e9, .high = 1e9}, "Time of its clock when the core's is 0."),
+               number_key("drift_ppm", "ppm", {.low = -500.0, .high = 500.0}, "Drift of its clock.").by_default(100.0),
+               ms("transport_ms", 0.1, kWire, "Least transport time of a message."),
+               ms("jitter_ms", 0.3, kWire, "Largest additional transport time."),
+               share("loss", "Share of the messages that do not arrive."),
+               share("repeat", "Share of the messages that arrive twice."),
+               share("reorder", "Share of the messages that arrive after the next one."),
+               integer_key("answer_timeout_cycles", {.low = 0, .high = 100},
+                           "Cycles without an answer that an arm bridges before it stops by itself.")
+                   .by_default(3.0)}};
+}
+
+emulation::SlowOptions read_slow(FormReader& from) {
+  const auto time = [&](const char* key) {
+    return static_cast<Nanoseconds>(std::llround(from.number(key) * kMillisecond));
+  };
   emulation::SlowOptions slow;
-  slow.cycle = milliseconds(reader.number("cycle_ms", 0.0, {.low = 0.0, .high = kCycleMaxMs}));
+  slow.cycle = time("cycle_ms");
   if (slow.cycle > 0 && slow.cycle < kMillisecond) {
-    reader.diagnostics().error(Code::kOutOfRange, reader.at("cycle_ms"), "a device faster than the core's cycle",
-                               "Choose 1 to 100");
+    from.diagnostics().error(Code::kOutOfRange, from.at("cycle_ms"), "a device faster than the core's cycle",
+                             "Choose 1 to 100");
   }
-  slow.clock_offset = milliseconds(reader.number("offset_ms", 12'345.678, {.low = -1e9, .high = 1e9}));
-  slow.drift = 1e-6 * reader.number("drift_ppm", 100.0, {.low = -500.0, .high = 500.0});
-  slow.wire.transport = milliseconds(reader.number("transport_ms", 0.1, {.low = 0.0, .high = 50.0}));
-  slow.wire.jitter = milliseconds(reader.number("jitter_ms", 0.3, {.low = 0.0, .high = 50.0}));
-  slow.wire.loss = reader.number("loss", 0.0, kShare);
-  slow.wire.repeat = reader.number("repeat", 0.0, kShare);
-  slow.wire.reorder = reader.number("reorder", 0.0, kShare);
-  slow.answer_timeout_cycles = static_cast<int>(reader.integer("answer_timeout_cycles", 3, {.low = 0, .high = 100}));
+  slow.clock_offset = time("offset_ms");
+  slow.drift = 1e-6 * from.number("drift_ppm");
+  slow.wire.transport = time("transport_ms");
+  slow.wire.jitter = time("jitter_ms");
+  slow.wire.loss = from.number("loss");
+  slow.wire.repeat = from.number("repeat");
+  slow.wire.reorder = from.number("reorder");
+  slow.answer_timeout_cycles = static_cast<int>(from.integer("answer_timeout_cycles"));
   return slow;
 }
 
-Binding read_binding(const Json& json, const std::string& pointer, Diagnostics& diagnostics) {
-  ObjectReader reader(json, pointer, diagnostics);
-  Binding binding;
-  binding.kind = reader.choice("backend", names_of_kinds(), "sim");
-  binding.pointer = pointer;
-  if (binding.kind == "slow") binding.slow = read_slow(reader);
-  if (binding.kind == kTerminals) binding.of = reader.text("of");
-  if (const device::DriverKind* driver = device::DriverKinds::global().find(binding.kind))
-    binding.driver = driver->read(reader);
-  reader.finish();
-  return binding;
+/// The kinds of back ends of takt itself; those with a driver come from DriverKinds.
+std::vector<NamedForm> binding_forms() {
+  static const Form sim{.doc = "In the simulation, with the cycle of its model and an ideal clock."};
+  static const Form slow = slow_form();
+  static const Form terminals{.doc = "An I/O block on the terminals of an arm's controller (docs/hardware-ur.md).",
+                              .keys = {text_key("of", "The arm whose controller has them; it has a driver.")}};
+  std::vector<NamedForm> forms{{kSimulated, sim}, {kSlowKind, slow}, {kTerminals, terminals}};
+  for (const auto& driver : device::DriverKinds::global().list()) forms.push_back({driver->name(), driver->form()});
+  return forms;
 }
 
-Site read_document(const Json& document, Diagnostics& diagnostics) {
-  Site site;
-  ObjectReader reader(document, "", diagnostics);
-  (void)reader.text("title", "");
-  site.pad_delays = reader.boolean("pad_delays", true);
-  site.master_clock = reader.text("master_clock", "");
-  if (reader.json().contains("speed_override"))
-    site.speed_override = reader.number("speed_override", 1.0, kSpeedOverride);
-  if (const Json* devices = reader.object("devices")) {
-    for (const auto& [name, json] : devices->items()) {
-      site.devices[name] = read_binding(json, reader.at("devices") + pointer_segment(name), diagnostics);
-    }
-  }
-  reader.finish();
-  return site;
+const FormOf<Binding>& binding_form() {
+  static const auto form =
+      FormOf<Binding>("back_end", "The back end of a device.")
+          .kinds({.key = choice_key("backend", {}, "Its kind.").by_default(kSimulated), .forms = binding_forms},
+                 [](FormReader& from, Binding& binding) {
+                   binding.pointer = from.pointer();
+                   const auto kind = from.kind();
+                   if (!kind) return;
+                   FormReader settings(kind->form, from.object());
+                   binding.kind = kind->name;
+                   if (binding.kind == kSlowKind) binding.slow = read_slow(settings);
+                   if (binding.kind == kTerminals) binding.of = settings.text("of");
+                   if (const device::DriverKind* driver = device::DriverKinds::global().find(binding.kind))
+                     binding.driver = driver->read(settings);
+                 });
+  return form;
 }
 
 /// One part of an address as key and value of a site file; a number without a word is the cycle.
@@ -185,11 +207,39 @@ std::vector<BackendKind> backend_kinds() {
   return kinds;
 }
 
+const FormOf<Site>& site_form() {
+  static const auto form =
+      FormOf<Site>("", "The back end of each device (docs/sites.md). Devices that are not listed are simulated.")
+          .add(text_key("title", "Text for readers of the file.").optional())
+          .add(boolean_key("pad_delays",
+                           "Arms that one net drives together get the delay of the slowest of them, so that they are "
+                           "synchronous at their flanges.")
+                   .optional(),
+               &Site::pad_delays)
+          .add(text_key("master_clock",
+                        "The arm whose controller's clock paces the core with --realtime; it has a driver on an "
+                        "address.")
+                   .optional("the machine's clock"),
+               &Site::master_clock)
+          .add(number_key("speed_override", "", {.low = 0.01, .high = 1.0},
+                          "Share of the planned speed with which a run begins.")
+                   .optional("1, where hardware moves 0.25"),
+               &Site::speed_override)
+          .add(members_key("devices", object_key("", binding_form().form(), ""),
+                           "Devices by their names in the scenario."),
+               [](FormReader& from, Site& site) {
+                 from.members("devices", [&](const std::string& name, const Json& json, const std::string& pointer) {
+                   site.devices[name] = binding_form().read(json, pointer, from.diagnostics());
+                 });
+               });
+  return form;
+}
+
 Result<Site> parse_site(std::string_view text) {
   const auto document = parse_json(text);
   if (!document) return std::unexpected(document.error());
   Diagnostics diagnostics;
-  Site site = read_document(*document, diagnostics);
+  Site site = site_form().read(*document, "", diagnostics);
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return site;
 }
@@ -239,7 +289,7 @@ Diagnostics bind(Site& site, std::string_view argument) {
     address.remove_prefix(std::min(comma + 1, address.size()));
   }
   Diagnostics unfit;
-  Binding binding = read_binding(settings, "", unfit);
+  Binding binding = binding_form().read(settings, "", unfit);
   binding.pointer = "--backend";
   diagnostics.append(unfit, "--backend");
   if (!diagnostics.has_errors()) site.devices[std::string(argument.substr(0, equals))] = binding;

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/diagnostics.h"
+#include "core/base/form_of.h"
 #include "core/device/driver.h"
 #include "core/emulation/slow_options.h"
 
@@ -82,6 +82,8 @@ struct Site {
   }
 };
 
+/// A site file; the drivers of the process are in it (DriverKinds).
+[[nodiscard]] const FormOf<Site>& site_form();
 /// Reads a site file. @return it, or all diagnostics with file and pointer. Realtime: setup.
 [[nodiscard]] Result<Site> read_site(const std::filesystem::path& file);
 [[nodiscard]] Result<Site> parse_site(std::string_view text);

@@ -40,7 +40,7 @@ Form pattern_form(std::string doc) {
                     "\"parted\" ... as 'takt events' prints it.")
                .optional("anything"),
            text_key("text", "A part of its text.").optional("any text"), during_key()},
-          {"source", "event", "text"}};
+          {at_least_one({"source", "event", "text"})}};
 }
 
 EventPattern read_pattern(FormReader& reader, const StepNames& steps) {
@@ -119,17 +119,13 @@ struct OrderedEvent {
 class OrderExpectation final : public Expectation {
  public:
   explicit OrderExpectation(ExpectationReader& reader) {
-    const nlohmann::ordered_json* list = reader.object().array("events");
-    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
-      ObjectReader object((*list)[i], reader.at("events") + pointer_segment(i), reader.diagnostics());
-      FormReader one(*reader.row("events").elements, object);
+    reader.elements("events", [&](const nlohmann::ordered_json& json, const std::string& pointer) {
+      ObjectReader object(json, pointer, reader.diagnostics());
+      FormReader one(*reader.row("events").element->form, object);
       events_.push_back({read_pattern(one, reader.steps), one.number("within_s", kTime.high)});
       one.check_rules();
       object.finish();
-    }
-    if (list != nullptr && events_.size() < 2)
-      reader.diagnostics().error(Code::kWrongSize, reader.at("events"), fmt::format("{} events", events_.size()),
-                                 "Give two or more");
+    });
   }
 
   void happened(const LogEntry& entry) override {
@@ -174,10 +170,9 @@ class ContactsExpectation final : public Expectation {
  public:
   explicit ContactsExpectation(ExpectationReader& reader) {
     const std::vector<std::string> names = names_that_touch(reader.built);
-    const nlohmann::ordered_json* list = reader.object().array("only");
-    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
-      const std::string number = std::to_string(i), pointer = reader.at("only") + pointer_segment(i);
-      const auto one = nlohmann::ordered_json::object({{number, (*list)[i]}});
+    reader.elements("only", [&](const nlohmann::ordered_json& json, const std::string& pointer) {
+      const std::string number = pointer.substr(pointer.rfind('/') + 1);
+      const auto one = nlohmann::ordered_json::object({{number, json}});
       ObjectReader pair(one, reader.at("only"), reader.diagnostics());
       const auto both = pair.texts(number);
       if (both.size() != 2)
@@ -188,7 +183,7 @@ class ContactsExpectation final : public Expectation {
                                      fmt::format("there is nothing called '{}'", both[side]),
                                      nearest_choice(both[side], names));
       if (both.size() == 2) only_.emplace_back(both[0], both[1]);
-    }
+    });
   }
 
   [[nodiscard]] ExpectationResult judge(const Outcome& outcome) const override {
@@ -231,7 +226,7 @@ ExpectationKind event_expectation() {
   form.keys.push_back(integer_key("at_least", kNotNegative, "So often or more.").optional("1, with only 'at_most' 0"));
   form.keys.push_back(integer_key("at_most", kNotNegative, "So often or less.").optional("any number"));
   std::ranges::copy(span_keys("Events"), std::back_inserter(form.keys));
-  form.exclusive = {{"times", "at_least"}, {"times", "at_most"}};
+  form.rules = {at_most_one({"times", "at_least"}), at_most_one({"times", "at_most"})};
   return expectation_kind<EventExpectation>("event", std::move(form));
 }
 

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "cell/file/copies.h"
 #include "cell/judge/expectation_kinds.h"
 
 namespace takt::cell {
@@ -46,17 +45,16 @@ KindRegistry<ExpectationKind>& ExpectationKind::registry() {
 
 Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::vector<ExpectationEntry>& entries,
                                                                     BuiltCell& built, const StepNames& steps) {
-  const auto& kinds = ExpectationKind::registry();
   Diagnostics diagnostics;
   std::vector<std::unique_ptr<Expectation>> expectations;
   for (const ExpectationEntry& entry : entries) {
     ObjectReader object(entry.json, entry.pointer, diagnostics);
-    (void)object.text("name", "");
-    (void)object.choice("kind", kinds.names());
-    const ExpectationKind* kind = kinds.find(entry.kind);
-    if (kind == nullptr) continue;
+    FormReader common(expectation_form(), object);
+    (void)common.text("name");
+    const auto kind = common.kind();
+    if (!kind) continue;
     ExpectationReader from(kind->form, object, built, steps);
-    auto expectation = kind->make(from);
+    auto expectation = ExpectationKind::registry().find(kind->name)->make(from);
     from.check_rules();
     object.finish();
     expectations.push_back(std::make_unique<Named>(entry, std::move(expectation)));
@@ -65,19 +63,17 @@ Result<std::vector<std::unique_ptr<Expectation>>> make_expectations(const std::v
   return expectations;
 }
 
-nlohmann::ordered_json expectation_schema() {
-  using Json = nlohmann::ordered_json;
-  const auto& kinds = ExpectationKind::registry();
-  return {{"type", "object"},
-          {"required", Json::array({"kind"})},
-          {"properties",
-           {{"kind", {{"enum", kinds.names()}}},
-            {"name", {{"type", "string"}, {"description", "Name in reports; default: the kind."}}},
-            {"copies",
-             {{"description",
-               "The expectation stands for as many, one step further each; # in its texts is the number of the copy."},
-              {"allOf", Json::array({{{"$ref", "#/definitions/copies"}}})}}}}},
-          {"allOf", schema_of_kinds(kinds.forms(), "kind", {}, {"kind", "name", "copies"})}};
+const Form& expectation_form() {
+  static const Form form{
+      .doc = "A statement about the run.",
+      .keys = {text_key("name", "Name in reports.").optional("the kind"),
+               object_key("copies", copies_form().form(),
+                          "The expectation stands for as many, one step further each; # in its texts is the number of "
+                          "the copy.")
+                   .optional()},
+      .definition = "expectation",
+      .kinds = Kinds{choice_key("kind", {}, "What it states."), [] { return ExpectationKind::registry().forms(); }}};
+  return form;
 }
 
 }  // namespace takt::cell

@@ -10,8 +10,8 @@
 
 namespace takt::cell {
 
-/// The schema of an expectation, for schemas/make_schema.py.
-[[nodiscard]] nlohmann::ordered_json expectation_schema();
+/// One entry of "expectations", of all kinds that are registered.
+[[nodiscard]] const Form& expectation_form();
 
 /// Makes the expectations of a scenario. All diagnostics at once: unknown kinds, keys, names. Contacts that they look
 /// at are watched in the simulated world from then on. Realtime: setup.

@@ -27,11 +27,7 @@ class BetweenExpectation : public Expectation {
   explicit BetweenExpectation(ExpectationReader& reader)
       : between_(reader.texts("between")),
         meant_(reader.choice("force") == "resultant" ? ForceMeant::kResultant : ForceMeant::kPressing) {
-    if (between_.size() != 2) {
-      reader.diagnostics().error(Code::kWrongSize, reader.at("between"), fmt::format("{} names", between_.size()),
-                                 "Name exactly two");
-      return;
-    }
+    if (between_.size() != 2) return;
     const auto watch = reader.built.world->watch_contact(between_[0], between_[1]);
     if (watch) {
       watch_ = *watch;

@@ -20,8 +20,9 @@ class RelativePoseExpectation final : public Expectation {
         within_m_(reader.number("position_within_m")),
         within_rad_(kDegree * reader.number("angle_within_deg")) {
     const auto known = keys_of(reader.built.cell.arms);
-    if (arms_.size() != 2 || arms_[0] == arms_[1]) {
-      reader.diagnostics().error(Code::kWrongSize, reader.at("arms"), "not the names of two arms",
+    if (arms_.size() != 2) return;
+    if (arms_[0] == arms_[1]) {
+      reader.diagnostics().error(Code::kWrongSize, reader.at("arms"), fmt::format("'{}' twice", arms_[0]),
                                  fmt::format("Name two of {}", fmt::join(known, ", ")));
       return;
     }

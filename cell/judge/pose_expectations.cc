@@ -135,21 +135,20 @@ class TruePoseExpectation final : public Expectation {
 
 /// The pose that is expected, and how nearly.
 Form pose_form(std::string doc, Key whose) {
-  return {std::move(doc),
-          {std::move(whose),
-           text_key("in",
-                    "Frame of the pose, where it truly is: a frame, a device, an object, ARM/flange, TOOL/TCP, "
-                    "OBJECT/GRASP or world.")
-               .by_default("world"),
-           any_key("position_m", "position_m", "").optional(), any_key("rpy_deg", "rpy_deg", "").optional(),
-           any_key("quaternion", "quaternion", "").optional(), within_m_key(), within_deg_key(),
-           during_key()
-               .with_doc("In each cycle in which this step or any other node of the program runs; NAME (2) is its "
-                         "second round, OUTER / INNER a node in another one.")
-               .optional("at the end")},
-          {},
-          {},
-          {"one_orientation"}};
+  Form form{std::move(doc),
+            {std::move(whose),
+             text_key("in",
+                      "Frame of the pose, where it truly is: a frame, a device, an object, ARM/flange, TOOL/TCP, "
+                      "OBJECT/GRASP or world.")
+                 .by_default("world"),
+             within_m_key(), within_deg_key(),
+             during_key()
+                 .with_doc("In each cycle in which this step or any other node of the program runs; NAME (2) is its "
+                           "second round, OUTER / INNER a node in another one.")
+                 .optional("at the end")},
+            {pose_rule()}};
+  std::ranges::copy(pose_keys(), std::back_inserter(form.keys));
+  return form;
 }
 
 }  // namespace

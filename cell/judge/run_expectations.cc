@@ -162,7 +162,7 @@ ExpectationKind monitor_expectation() {
                    number_key("at_least", "", kAnyNumber, "Lower bound.").optional(),
                    number_key("at_most", "", kAnyNumber, "Upper bound.").optional(),
                    any_key("is", "", "Exactly this value; may be null.").optional()},
-                  {"at_least", "at_most", "is"}});
+                  {at_least_one({"at_least", "at_most", "is"})}});
 }
 
 ExpectationKind duration_expectation() {

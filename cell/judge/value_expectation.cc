@@ -167,7 +167,7 @@ ExpectationKind value_expectation() {
        bound("mean_at_least",
              "Lower bound of the mean over the cycles in which the value is known: 99 % of them at least."),
        bound("mean_at_most", "Upper bound of this mean.")},
-      {"at_least", "at_most", "mean_at_least", "mean_at_most"}};
+      {at_least_one({"at_least", "at_most", "mean_at_least", "mean_at_most"})}};
   std::ranges::copy(span_keys("Cycles"), std::back_inserter(form.keys));
   return expectation_kind<ValueExpectation>("value", std::move(form));
 }

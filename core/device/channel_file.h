@@ -5,15 +5,16 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/diagnostics.h"
+#include "core/base/form_of.h"
 #include "core/device/channel.h"
 
 namespace takt::device {
 
-/// Reads what a file says of one channel (docs/channels.md):
+/// What a file says of one channel (docs/channels.md):
 ///   {"type": "Real", "writer": "net", "unit": "m/s", "frame": "A>B", "initial": 0.1, "timeout_s": 0.1}
-/// `type` must be there; `writer` is "outside" unless said otherwise. What is wrong goes to `diagnostics` with
-/// `pointer` in front; there is a fallback in its place. Realtime: setup.
+[[nodiscard]] const FormOf<ChannelDescription>& channel_form();
+/// Reads it, and checks it as a channel. What is wrong goes to `diagnostics`; there is a fallback in its place.
+/// Realtime: setup.
 [[nodiscard]] ChannelDescription channel_from_json(const std::string& name, const nlohmann::ordered_json& json,
                                                    const std::string& pointer, Diagnostics& diagnostics);
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/base/clock.h"
-#include "core/base/object_reader.h"
+#include "core/base/form.h"
 #include "core/device/backend.h"
 #include "core/device/description.h"
 #include "core/device/gripper.h"
@@ -154,20 +154,23 @@ class ControllerEmulator {
 class DriverKind {
  public:
   /// @param name  as "backend" in a site file and KIND of --backend @param doc  one line for people
-  DriverKind(std::string name, std::string doc) : name_(std::move(name)), doc_(std::move(doc)) {}
+  /// @param form  what a site file may say beside "backend" (docs/tables.md)
+  DriverKind(std::string name, std::string doc, Form form)
+      : name_(std::move(name)), doc_(std::move(doc)), form_(std::move(form)) {}
   virtual ~DriverKind() = default;
   DriverKind(const DriverKind&) = delete;
   DriverKind& operator=(const DriverKind&) = delete;
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::string& doc() const { return doc_; }
+  [[nodiscard]] const Form& form() const { return form_; }
 
-  /// Reads the settings; asks the reader for all keys of the kind ("address" too), does not finish() it. ADDR of
-  /// --backend is "ADDRESS,key=value,...": the first part without '=' is "address"; numbers and true/false keep their
-  /// types. Errors go to the reader. @return never null
-  [[nodiscard]] virtual std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const = 0;
+  /// Reads the settings; asks for all keys of the form. ADDR of --backend is "ADDRESS,key=value,...": the first part
+  /// without '=' is "address"; numbers and true/false keep their types. Errors go to the reader. @return never null
+  [[nodiscard]] virtual std::shared_ptr<const DriverSettings> read(FormReader& from) const = 0;
 
  private:
   std::string name_, doc_;
+  Form form_;
 };
 
 /// A kind that drives arms.

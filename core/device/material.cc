@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/form_of.h"
 #include "core/base/json.h"
-#include "core/base/object_reader.h"
 
 namespace takt::device {
 namespace {
@@ -17,24 +17,54 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kMaterialsFile = "materials.json";
 
-std::optional<double> optional_number(ObjectReader& reader, const char* key, const Range& range) {
-  if (!reader.has(key)) return std::nullopt;
-  return reader.number(key, 0.0, range);
+Key source_key() { return text_key("source", "Where the figures come from.").optional(); }
+
+const FormOf<Material>& form_of_material() {
+  const auto key = [](const char* name, const char* unit, const Range& range, const char* doc) {
+    return number_key(name, unit, range, doc).optional("that of 'like'");
+  };
+  static const auto form =
+      FormOf<Material>("material")
+          .add(text_key("like",
+                        "Material whose figures count where this one says nothing; without it stiffness, damping and "
+                        "friction are required.")
+                   .optional())
+          .add(key("stiffness_N_m", "N/m", kPositive, "Stiffness of one side of a contact."), &Material::stiffness)
+          .add(key("damping_N_s_m", "N s/m", kNotNegative, "Damping of one side of a contact."), &Material::damping)
+          .add(key("friction", "", kNotNegative, "Coefficient of sliding (Coulomb) friction."), &Material::friction)
+          .add(number_key("torsion_m", "m", kNotNegative,
+                          "Radius of the contact patch that resists twisting: torque about the normal over friction "
+                          "force.")
+                   .optional(),
+               &Material::torsion)
+          .add(number_key("rolling_m", "m", kNotNegative, "Torque against rolling over normal force.").optional(),
+               &Material::rolling)
+          .add(number_key("friction_oiled", "", kNotNegative,
+                          "Coefficient of sliding friction with oil between the surfaces.")
+                   .optional(),
+               &Material::oiled)
+          .add(source_key());
+  return form;
 }
 
-Material read_material(ObjectReader& reader, const Material* like) {
-  const auto value = [&](const char* key, double Material::*member, const Range& range) {
-    return reader.number(key, like ? std::optional(like->*member) : std::nullopt, range);
-  };
-  Material material;
-  material.stiffness = value("stiffness_N_m", &Material::stiffness, kPositive);
-  material.damping = value("damping_N_s_m", &Material::damping, kNotNegative);
-  material.friction = value("friction", &Material::friction, kNotNegative);
-  material.torsion = reader.number("torsion_m", like ? like->torsion : 0.0, kNotNegative);
-  material.rolling = reader.number("rolling_m", like ? like->rolling : 0.0, kNotNegative);
-  material.oiled = reader.number("friction_oiled", like ? like->oiled : Material{}.oiled, kNotNegative);
-  (void)reader.text("source", "");
-  return material;
+const FormOf<MaterialRule>& form_of_contact() {
+  static const auto form =
+      FormOf<MaterialRule>("contact_rule")
+          .add(pair_key("between", "The two materials; the same twice for a material against itself."),
+               [](FormReader& from, MaterialRule& rule) {
+                 const std::vector<std::string> names = from.texts("between");
+                 if (names.size() == 2) rule.between = {names[0], names[1]};
+               })
+          .add(number_key("stiffness_N_m", "N/m", kPositive, "Stiffness of the contact.").optional(),
+               &MaterialRule::stiffness)
+          .add(number_key("damping_N_s_m", "N s/m", kNotNegative, "Damping of the contact.").optional(),
+               &MaterialRule::damping)
+          .add(number_key("friction", "", kNotNegative, "Coefficient of sliding (Coulomb) friction.").optional(),
+               &MaterialRule::friction)
+          .add(number_key("friction_oiled", "", kNotNegative, "The same with oil between the two.").optional(),
+               &MaterialRule::oiled)
+          .add(source_key());
+  return form;
 }
 
 }  // namespace
@@ -58,8 +88,13 @@ void MaterialTable::read(const Json* entries, const Json* contacts, const std::s
       ObjectReader reader(json, at, diagnostics);
       const std::string base = reader.text("like", "");
       const Material* like = base.empty() ? nullptr : find(base, reader.at("like"), diagnostics);
-      const Material placeholder{.stiffness = 1.0};  // so that an unknown name is the only diagnostic
-      const Material material = read_material(reader, base.empty() ? nullptr : like ? like : &placeholder);
+      if (base.empty())
+        for (const char* key : {"stiffness_N_m", "damping_N_s_m", "friction"})
+          if (!reader.has(key))
+            diagnostics.error(Code::kMissing, at, fmt::format("key '{}' is missing", key),
+                              "Give a number, or \"like\": MATERIAL");
+      Material material = like ? *like : Material{};
+      form_of_material().read_into(reader, material);
       reader.finish();
       materials[name] = material;
     }
@@ -67,26 +102,21 @@ void MaterialTable::read(const Json* entries, const Json* contacts, const std::s
   if (!contacts) return;
   for (std::size_t i = 0; i < contacts->size(); ++i) {
     const std::string at = pointer + "/contacts" + pointer_segment(i);
-    ObjectReader reader((*contacts)[i], at, diagnostics);
-    const auto between = reader.texts("between");
-    MaterialRule rule;
-    if (between.size() != 2) {
-      diagnostics.error(Code::kWrongSize, reader.at("between"), fmt::format("{} materials", between.size()),
-                        "Name the two materials that touch");
-    } else {
-      for (std::size_t side = 0; side < 2; ++side) {
-        (void)find(between[side], reader.at("between") + pointer_segment(side), diagnostics);
-        rule.between[side] = between[side];
-      }
-    }
-    rule.stiffness = optional_number(reader, "stiffness_N_m", kPositive);
-    rule.damping = optional_number(reader, "damping_N_s_m", kNotNegative);
-    rule.friction = optional_number(reader, "friction", kNotNegative);
-    rule.oiled = optional_number(reader, "friction_oiled", kNotNegative);
-    (void)reader.text("source", "");
-    reader.finish();
-    rules.push_back(rule);
+    rules.push_back(form_of_contact().read((*contacts)[i], at, diagnostics));
+    for (std::size_t side = 0; side < 2; ++side)
+      if (const std::string& one = rules.back().between[side]; !one.empty())
+        (void)find(one, at + "/between" + pointer_segment(side), diagnostics);
   }
+}
+
+const Form& material_form() { return form_of_material().form(); }
+const Form& contact_rule_form() { return form_of_contact().form(); }
+const Form& materials_form() {
+  static const Form form{
+      .doc = "Surfaces for the simulation and what pairs of them do together (docs/contacts.md).",
+      .keys = {members_key("materials", object_key("", material_form(), ""), "Surfaces by name.").with_comments(),
+               objects_key("contacts", 0, contact_rule_form(), "Pairs of materials.").optional()}};
+  return form;
 }
 
 Result<MaterialTable> read_materials(const ModelLibrary& library) {

@@ -9,9 +9,16 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/base/diagnostics.h"
+#include "core/base/form.h"
 #include "core/device/device_file.h"
 
 namespace takt::device {
+
+/// A surface, and what two of them do together, as files have them.
+[[nodiscard]] const Form& material_form();
+[[nodiscard]] const Form& contact_rule_form();
+/// The file materials.json.
+[[nodiscard]] const Form& materials_form();
 
 /// How the surface of a part answers a touch (docs/contacts.md).
 struct Material {

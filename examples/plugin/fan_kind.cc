@@ -16,7 +16,11 @@ using namespace takt;
 
 class FanKind final : public cell::DeviceKind {
  public:
-  FanKind() : DeviceKind(std::string(Fan::kKind)) {}
+  FanKind()
+      : DeviceKind(std::string(Fan::kKind), {.doc = "A fan.",
+                                             .keys = {number_key("speed_rad_s", "rad/s", kNotNegative,
+                                                                 "Speed before the program, at most that of the model.")
+                                                          .by_default(0.0)}}) {}
 
   Result<cell::ModelPointer> read(const std::filesystem::path& folder) const override {
     const std::filesystem::path file = folder / "device.json";
@@ -41,16 +45,15 @@ class FanKind final : public cell::DeviceKind {
     return std::make_shared<const FanDescription>(std::move(fan));
   }
 
-  /// Of the settings there is one: the speed that the fan has before the program, rad/s.
   void check(const cell::LoadedDevice& device, Diagnostics& diagnostics) const override {
-    ObjectReader reader(device.entry->settings, device.pointer() + "/settings", diagnostics);
-    (void)reader.number("speed_rad_s", 0.0, {.low = 0.0, .high = device.as<FanDescription>()->speed_max});
-    reader.finish();
+    DeviceKind::check(device, diagnostics);
+    (void)speed(device, diagnostics);
   }
 
   void simulate(const cell::LoadedDevice& device, sim::WorldDescription& world) const override {
     const double time_constant = device.as<FanDescription>()->time_constant;
-    const double speed = device.entry->settings.value("speed_rad_s", 0.0);
+    Diagnostics ignored;  // checked before
+    const double speed = FanKind::speed(device, ignored);
     world.devices.push_back(
         {.name = device.entry->name,
          .pointer = device.pointer(),
@@ -64,6 +67,12 @@ class FanKind final : public cell::DeviceKind {
     const std::string& name = device.entry->name;
     auto backend = built.borrowed<FanBackend>(dynamic_cast<SimFan*>(built.world->device(name)));
     built.core->add(std::make_unique<Fan>(name, device.as<FanDescription>(), std::move(backend)));
+  }
+
+ private:
+  static double speed(const cell::LoadedDevice& device, Diagnostics& diagnostics) {
+    cell::SettingsReader from(device, diagnostics);
+    return from.number_up_to("speed_rad_s", device.as<FanDescription>()->speed_max, 0.0);
   }
 };
 

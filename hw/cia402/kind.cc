@@ -9,6 +9,7 @@
 #include "hw/cia402/twin.h"
 #include "hw/drivers.h"
 #include "hw/wire/posix_network.h"
+#include "hw/wire/settings_rows.h"
 
 namespace takt::hw::cia402 {
 namespace {
@@ -22,49 +23,63 @@ struct Cia402Settings final : DriverSettings {
   Nanoseconds cycle = 0;  ///< of the bus; 0: that of the arm's model
 };
 
-Nanoseconds from_ms(double ms) { return static_cast<Nanoseconds>(std::llround(ms * kMillisecond)); }
+Form settings_form() {
+  return {.doc = "An arm of drives of CiA 402 on CANopen (docs/hardware-cia402.md).",
+          .keys = {
+              address_key("emulated drives", "A CAN interface, such as can0. HOST[:PORT]: frames in datagrams."),
+              emulated_key(), whole_ms_key("cycle_ms", 0, {.low = 0, .high = 100}, "Of the bus; 0: that of the model."),
+              integer_key("first_node", {.low = 1, .high = 126}, "Node of the first joint; the others follow.")
+                  .by_default(1.0),
+              whole_ms_key("heartbeat_ms", 50, {.low = 10, .high = 1000}, "Of both sides; who misses three is lost."),
+              margin_key("bus and core"),
+              integer_key("bridged_cycles", {.low = 1, .high = 100},
+                          "With one more without SYNC or set point an emulated drive stops by itself.")
+                  .by_default(3.0),
+              // Inputs of one cycle have to be there before the next one begins.
+              transport_key(0.05, 0.2, "frame"), jitter_key(0.0, 0.2), share_key("loss", "do not arrive")}};
+}
 
 /// "virtual", "can0", or where frames in datagrams meet: the drives' end.
-void read_address(ObjectReader& reader, Cia402Settings& settings) {
-  settings.address = reader.text("address", "virtual");
+void read_address(FormReader& from, Cia402Settings& settings) {
+  settings.address = from.text("address");
   const bool interface = is_interface_name(settings.address) && settings.address != "localhost";
   if (settings.in_process() || interface) return;
   const auto endpoint = parse_endpoint(settings.address, kCanPort);
   if (!endpoint) {
-    reader.diagnostics().append(endpoint.error(), reader.at("address"));
+    from.diagnostics().append(endpoint.error(), from.at("address"));
     return;
   }
   settings.endpoint = *endpoint;
 }
 
-VirtualFaults read_faults(ObjectReader& reader) {
+VirtualFaults read_faults(FormReader& from) {
   VirtualFaults faults;
-  // Inputs of one cycle have to be there before the next one begins.
-  faults.wire.transport = from_ms(reader.number("transport_ms", 0.05, {.low = 0.0, .high = 0.2}));
-  faults.wire.jitter = from_ms(reader.number("jitter_ms", 0.0, {.low = 0.0, .high = 0.2}));
-  faults.wire.loss = reader.number("loss", 0.0, {.low = 0.0, .high = 0.5});
+  faults.wire.transport = read_ms(from, "transport_ms");
+  faults.wire.jitter = read_ms(from, "jitter_ms");
+  faults.wire.loss = from.number("loss");
   return faults;
 }
 
 class Cia402Kind final : public device::ArmDriverKind {
  public:
-  Cia402Kind() : ArmDriverKind("cia402", "drives of CiA 402 on CANopen: position mode, this side sets the pace") {}
+  Cia402Kind()
+      : ArmDriverKind("cia402", "drives of CiA 402 on CANopen: position mode, this side sets the pace",
+                      settings_form()) {}
 
-  [[nodiscard]] std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const override {
+  [[nodiscard]] std::shared_ptr<const DriverSettings> read(FormReader& from) const override {
     auto settings = std::make_shared<Cia402Settings>();
     TwinOptions& options = settings->options;
-    read_address(reader, *settings);
-    settings->emulated_peer = reader.boolean("emulated", settings->endpoint && settings->endpoint->is_loopback());
-    settings->cycle = reader.integer("cycle_ms", 0, {.low = 0, .high = 100}) * kMillisecond;
-    options.bus.first_node = static_cast<NodeId>(reader.integer("first_node", 1, {.low = 1, .high = 126}));
-    options.bus.heartbeat = from_ms(static_cast<double>(reader.integer("heartbeat_ms", 50, {.low = 10, .high = 1000})));
+    read_address(from, *settings);
+    settings->emulated_peer = from.boolean("emulated", settings->endpoint && settings->endpoint->is_loopback());
+    settings->cycle = read_ms(from, "cycle_ms");
+    options.bus.first_node = static_cast<NodeId>(from.integer("first_node"));
+    options.bus.heartbeat = read_ms(from, "heartbeat_ms");
     options.emulator = {.first_node = options.bus.first_node,
-                        .bridged = static_cast<int>(reader.integer("bridged_cycles", 3, {.low = 1, .high = 100}))};
-    options.faults = read_faults(reader);
+                        .bridged = static_cast<int>(from.integer("bridged_cycles"))};
+    options.faults = read_faults(from);
     const double jitter_ms = static_cast<double>(options.faults.wire.jitter) / kMillisecond;
     // Without a real-time kernel threads wake up late by milliseconds.
-    const double margin_ms = settings->in_process() ? jitter_ms : 4.0;
-    options.client.margin = from_ms(reader.number("margin_ms", margin_ms, {.low = 0.0, .high = 100.0}));
+    options.client.margin = read_ms(from, "margin_ms", settings->in_process() ? jitter_ms : 4.0);
     return settings;
   }
 

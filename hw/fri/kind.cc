@@ -8,6 +8,7 @@
 #include "hw/drivers.h"
 #include "hw/fri/twin.h"
 #include "hw/wire/posix_network.h"
+#include "hw/wire/settings_rows.h"
 
 namespace takt::hw::fri {
 namespace {
@@ -20,30 +21,50 @@ struct FriSettings final : DriverSettings {
   TwinOptions options;
 };
 
-Nanoseconds ns_of(double ms) { return static_cast<Nanoseconds>(std::llround(ms * kMillisecond)); }
+Form settings_form() {
+  return {.doc = "An arm of seven joints behind a driver of KUKA's FRI 1.0 (docs/hardware.md).",
+          .keys = {address_key("an emulated controller",
+                               "HOST[:PORT]: the controller, and the port on which this side listens."),
+                   emulated_key(), whole_ms_key("cycle_ms", 1, {.low = 1, .high = 100}, "Of the interface."),
+                   choice_key("krl", krl_conventions(),
+                              "Convention of the KRL program; the last four are of the emulated controller alone.")
+                       .by_default("takt"),
+                   choice_key("task_frame", {"base", "tool"}, "$STIFFNESS.TASKFRAME.").by_default("base"),
+                   margin_key("wire and core"),
+                   integer_key("bridged_cycles", {.low = 1, .high = 1000},
+                               "With so many answers missing in a row the emulated controller stops the arm.")
+                       .by_default(20.0),
+                   number_key("offset_ms", "ms", {.low = -1e9, .high = 1e9},
+                              "What the controller's clock shows when the core's shows 0; virtual only.")
+                       .by_default(0.0),
+                   number_key("drift_ppm", "ppm", {.low = -500.0, .high = 500.0}, "How much it gains; virtual only.")
+                       .by_default(0.0),
+                   transport_key(0.05, 50.0, "datagram"), jitter_key(0.0, 50.0), share_key("loss", "do not arrive"),
+                   share_key("repeat", "arrive twice"), share_key("reorder", "arrive after the next one"),
+                   share_key("corrupt", "arrive with a wrong bit"), share_key("truncate", "arrive cut")}};
+}
 
-VirtualFaults read_faults(ObjectReader& reader, Nanoseconds cycle) {
-  constexpr Range kShare{.low = 0.0, .high = 0.5};
+VirtualFaults read_faults(FormReader& from, Nanoseconds cycle) {
   VirtualFaults faults;
-  faults.wire.transport = ns_of(reader.number("transport_ms", 0.05, {.low = 0.0, .high = 50.0}));
-  faults.wire.jitter = ns_of(reader.number("jitter_ms", 0.0, {.low = 0.0, .high = 50.0}));
-  faults.wire.loss = reader.number("loss", 0.0, kShare);
-  faults.wire.repeat = reader.number("repeat", 0.0, kShare);
-  faults.wire.reorder = reader.number("reorder", 0.0, kShare);
+  faults.wire.transport = read_ms(from, "transport_ms");
+  faults.wire.jitter = read_ms(from, "jitter_ms");
+  faults.wire.loss = from.number("loss");
+  faults.wire.repeat = from.number("repeat");
+  faults.wire.reorder = from.number("reorder");
   faults.wire.hold_back = cycle + cycle / 2;
-  faults.corrupt = reader.number("corrupt", 0.0, kShare);
-  faults.truncate = reader.number("truncate", 0.0, kShare);
+  faults.corrupt = from.number("corrupt");
+  faults.truncate = from.number("truncate");
   return faults;
 }
 
 /// "virtual", or where driver and controller meet: HOST is the other end, PORT the one on which the remote side
 /// listens.
-void read_address(ObjectReader& reader, FriSettings& settings) {
-  settings.address = reader.text("address", "virtual");
+void read_address(FormReader& from, FriSettings& settings) {
+  settings.address = from.text("address");
   if (settings.in_process()) return;
   const auto endpoint = parse_endpoint(settings.address, kPort);
   if (!endpoint) {
-    reader.diagnostics().append(endpoint.error(), reader.at("address"));
+    from.diagnostics().append(endpoint.error(), from.at("address"));
     return;
   }
   settings.endpoint = *endpoint;
@@ -63,27 +84,24 @@ Diagnostics refuse_convention(const std::string& krl) {
 
 class FriKind final : public device::ArmDriverKind {
  public:
-  FriKind() : ArmDriverKind("fri", "KUKA LWR 4+ over FRI 1.0: UDP, the controller sets the pace") {}
+  FriKind() : ArmDriverKind("fri", "KUKA LWR 4+ over FRI 1.0: UDP, the controller sets the pace", settings_form()) {}
 
-  [[nodiscard]] std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const override {
+  [[nodiscard]] std::shared_ptr<const DriverSettings> read(FormReader& from) const override {
     auto settings = std::make_shared<FriSettings>();
     TwinOptions& options = settings->options;
-    read_address(reader, *settings);
-    settings->emulated_peer = reader.boolean("emulated", settings->endpoint.is_loopback());
-    const auto cycle_ms = reader.integer("cycle_ms", 1, {.low = 1, .high = 100});
-    options.client.cycle = options.controller.cycle = cycle_ms * kMillisecond;
-    options.client.krl = options.controller.krl = reader.choice("krl", krl_conventions(), "takt");
-    const bool tool = reader.choice("task_frame", {"base", "tool"}, "base") == "tool";
-    options.client.task_frame_is_tool = options.controller.task_frame_is_tool = tool;
+    read_address(from, *settings);
+    settings->emulated_peer = from.boolean("emulated", settings->endpoint.is_loopback());
+    options.client.cycle = options.controller.cycle = read_ms(from, "cycle_ms");
+    options.client.krl = options.controller.krl = from.choice("krl");
+    options.client.task_frame_is_tool = options.controller.task_frame_is_tool = from.choice("task_frame") == "tool";
     options.client.controller = settings->in_process() ? 0 : settings->endpoint.host;
-    options.faults = read_faults(reader, options.client.cycle);
+    options.faults = read_faults(from, options.client.cycle);
     const double jitter_ms = static_cast<double>(options.faults.wire.jitter) / kMillisecond;
     // Without a real-time kernel threads wake up late by milliseconds.
-    const double margin_ms = settings->in_process() ? jitter_ms : 4.0;
-    options.client.margin = ns_of(reader.number("margin_ms", margin_ms, {.low = 0.0, .high = 100.0}));
-    options.clock_offset = ns_of(reader.number("offset_ms", 0.0, {.low = -1e9, .high = 1e9}));
-    options.drift = 1e-6 * reader.number("drift_ppm", 0.0, {.low = -500.0, .high = 500.0});
-    options.controller.bridged = static_cast<int>(reader.integer("bridged_cycles", 20, {.low = 1, .high = 1000}));
+    options.client.margin = read_ms(from, "margin_ms", settings->in_process() ? jitter_ms : 4.0);
+    options.clock_offset = read_ms(from, "offset_ms");
+    options.drift = 1e-6 * from.number("drift_ppm");
+    options.controller.bridged = static_cast<int>(from.integer("bridged_cycles"));
     return settings;
   }
 

@@ -5,6 +5,7 @@
 
 #include "hw/drivers.h"
 #include "hw/modbus/twin.h"
+#include "hw/wire/settings_rows.h"
 
 namespace takt::hw::modbus {
 namespace {
@@ -22,19 +23,36 @@ const ModbusSettings& own_settings(const DriverSettings& settings) {
   return dynamic_cast<const ModbusSettings&>(settings);
 }
 
-Nanoseconds ns_from_ms(double ms) { return static_cast<Nanoseconds>(std::llround(ms * kMillisecond)); }
-
-MapOptions read_map(ObjectReader& reader) {
-  const auto address = [&](const char* key) {
-    return static_cast<std::uint16_t>(reader.integer(key, 0, {.low = 0, .high = 65'535}));
+Form settings_form() {
+  const auto first = [](const char* name) {
+    return integer_key(name, {.low = 0, .high = 65'535},
+                       "Address of the first terminal of this kind; the others follow.")
+        .by_default(0.0);
   };
+  return {
+      .doc = "An I/O block behind a coupler on Modbus TCP (docs/hardware-devices.md).",
+      .keys = {address_key("an emulated coupler", "HOST[:PORT]: the coupler."), emulated_key(),
+               whole_ms_key("cycle_ms", 10, {.low = 1, .high = 1000}, "From one exchange to the next."),
+               first("digital_inputs"), first("digital_outputs"), first("analog_inputs"), first("analog_outputs"),
+               integer_key("analog_counts", {.low = 1, .high = 65'535}, "Register value of the upper end of a range.")
+                   .by_default(32'767.0),
+               integer_key("unit", {.low = 0, .high = 255}, "Unit identifier.").by_default(1.0),
+               whole_ms_key("timeout_ms", 200, {.low = 10, .high = 10'000}, "For an answer."),
+               whole_ms_key("watchdog_ms", 1000, {.low = 0, .high = 60'000},
+                            "Without a request for so long the emulated coupler switches its outputs off; 0: "
+                            "never."),
+               transport_key(0.1, 10.0, "message"), jitter_key(0.0, 10.0), piece_key()}};
+}
+
+MapOptions read_map(FormReader& from) {
+  const auto number = [&]<class T>(const char* key, T& to) { to = static_cast<T>(from.integer(key)); };
   MapOptions map;
-  map.digital_inputs = address("digital_inputs");
-  map.digital_outputs = address("digital_outputs");
-  map.analog_inputs = address("analog_inputs");
-  map.analog_outputs = address("analog_outputs");
-  map.counts = static_cast<std::uint16_t>(reader.integer("analog_counts", 32'767, {.low = 1, .high = 65'535}));
-  map.unit = static_cast<std::uint8_t>(reader.integer("unit", 1, {.low = 0, .high = 255}));
+  number("digital_inputs", map.digital_inputs);
+  number("digital_outputs", map.digital_outputs);
+  number("analog_inputs", map.analog_inputs);
+  number("analog_outputs", map.analog_outputs);
+  number("analog_counts", map.counts);
+  number("unit", map.unit);
   return map;
 }
 
@@ -54,25 +72,25 @@ class SocketCoupler final : public device::ControllerEmulator {
 
 class ModbusKind final : public device::IoDriverKind {
  public:
-  ModbusKind() : IoDriverKind("modbus", "I/O blocks behind a coupler on Modbus TCP") {}
+  ModbusKind() : IoDriverKind("modbus", "I/O blocks behind a coupler on Modbus TCP", settings_form()) {}
 
-  [[nodiscard]] std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const override {
+  [[nodiscard]] std::shared_ptr<const DriverSettings> read(FormReader& from) const override {
     auto settings = std::make_shared<ModbusSettings>();
     TwinOptions& options = settings->options;
-    settings->address = reader.text("address", "virtual");
+    settings->address = from.text("address");
     if (!settings->in_process()) {
       const auto endpoint = parse_endpoint(settings->address, kPort);
       if (endpoint) options.client.remote = *endpoint;
-      if (!endpoint) reader.diagnostics().append(endpoint.error(), reader.at("address"));
+      if (!endpoint) from.diagnostics().append(endpoint.error(), from.at("address"));
     }
-    settings->emulated_peer = reader.boolean("emulated", options.client.remote.is_loopback());
-    options.client.map = options.coupler.map = read_map(reader);
-    options.client.cycle = reader.integer("cycle_ms", 10, {.low = 1, .high = 1000}) * kMillisecond;
-    options.client.timeout = reader.integer("timeout_ms", 200, {.low = 10, .high = 10'000}) * kMillisecond;
-    options.coupler.watchdog = reader.integer("watchdog_ms", 1000, {.low = 0, .high = 60'000}) * kMillisecond;
-    options.faults.wire.transport = ns_from_ms(reader.number("transport_ms", 0.1, {.low = 0.0, .high = 10.0}));
-    options.faults.wire.jitter = ns_from_ms(reader.number("jitter_ms", 0.0, {.low = 0.0, .high = 10.0}));
-    options.faults.stream_piece = static_cast<std::size_t>(reader.integer("piece_bytes", 0, {.low = 0, .high = 1500}));
+    settings->emulated_peer = from.boolean("emulated", options.client.remote.is_loopback());
+    options.client.map = options.coupler.map = read_map(from);
+    options.client.cycle = read_ms(from, "cycle_ms");
+    options.client.timeout = read_ms(from, "timeout_ms");
+    options.coupler.watchdog = read_ms(from, "watchdog_ms");
+    options.faults.wire.transport = read_ms(from, "transport_ms");
+    options.faults.wire.jitter = read_ms(from, "jitter_ms");
+    options.faults.stream_piece = static_cast<std::size_t>(from.integer("piece_bytes"));
     return settings;
   }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "hw/drivers.h"
+#include "hw/wire/settings_rows.h"
 #include "hw/wsg/twin.h"
 
 namespace takt::hw::wsg {
@@ -18,13 +19,22 @@ struct WsgSettings final : DriverSettings {
   Nanoseconds update = 0;  ///< 0: that of the gripper's model
 };
 
-Nanoseconds nanoseconds_of(double ms) { return static_cast<Nanoseconds>(std::llround(ms * kMillisecond)); }
+Form settings_form() {
+  return {
+      .doc = "A gripper of the WSG series (docs/hardware-devices.md).",
+      .keys = {address_key("an emulated gripper", "HOST[:PORT]: the gripper."), emulated_key(),
+               whole_ms_key("update_ms", 0, {.low = 0, .high = 100},
+                            "Period of the gripper's automatic updates; 0: the cycle of the model."),
+               boolean_key("home", "References fingers that are not: they open as far as they can.").by_default(false),
+               boolean_key("referenced", "The emulated fingers were homed before.").by_default(true),
+               transport_key(0.1, 10.0, "message"), jitter_key(0.0, 10.0), piece_key()}};
+}
 
-VirtualFaults read_wire(ObjectReader& reader) {
+VirtualFaults read_wire(FormReader& from) {
   VirtualFaults faults;
-  faults.wire.transport = nanoseconds_of(reader.number("transport_ms", 0.1, {.low = 0.0, .high = 10.0}));
-  faults.wire.jitter = nanoseconds_of(reader.number("jitter_ms", 0.0, {.low = 0.0, .high = 10.0}));
-  faults.stream_piece = static_cast<std::size_t>(reader.integer("piece_bytes", 0, {.low = 0, .high = 1500}));
+  faults.wire.transport = read_ms(from, "transport_ms");
+  faults.wire.jitter = read_ms(from, "jitter_ms");
+  faults.stream_piece = static_cast<std::size_t>(from.integer("piece_bytes"));
   return faults;
 }
 
@@ -45,22 +55,24 @@ class SocketEmulator final : public device::ControllerEmulator {
 
 class WsgKind final : public device::GripperDriverKind {
  public:
-  WsgKind() : GripperDriverKind("wsg", "grippers of the WSG series (Schunk, Weiss Robotics): binary commands on TCP") {}
+  WsgKind()
+      : GripperDriverKind("wsg", "grippers of the WSG series (Schunk, Weiss Robotics): binary commands on TCP",
+                          settings_form()) {}
 
-  [[nodiscard]] std::shared_ptr<const DriverSettings> read(ObjectReader& reader) const override {
+  [[nodiscard]] std::shared_ptr<const DriverSettings> read(FormReader& from) const override {
     auto settings = std::make_shared<WsgSettings>();
-    settings->address = reader.text("address", "virtual");
+    settings->address = from.text("address");
     ClientOptions& client = settings->options.client;
     if (!settings->in_process()) {
       const auto endpoint = parse_endpoint(settings->address, kPort);
       if (endpoint) client.remote = *endpoint;
-      if (!endpoint) reader.diagnostics().append(endpoint.error(), reader.at("address"));
+      if (!endpoint) from.diagnostics().append(endpoint.error(), from.at("address"));
     }
-    settings->emulated_peer = reader.boolean("emulated", client.remote.is_loopback());
-    settings->update = reader.integer("update_ms", 0, {.low = 0, .high = 100}) * kMillisecond;
-    client.home = reader.boolean("home", false);
-    settings->options.emulator.referenced = reader.boolean("referenced", true);
-    settings->options.faults = read_wire(reader);
+    settings->emulated_peer = from.boolean("emulated", client.remote.is_loopback());
+    settings->update = read_ms(from, "update_ms");
+    client.home = from.boolean("home");
+    settings->options.emulator.referenced = from.boolean("referenced");
+    settings->options.faults = read_wire(from);
     client.transport = settings->in_process() ? settings->options.faults.wire.transport : 0;
     return settings;
   }

@@ -116,7 +116,7 @@ TEST(Copies, MistakesAreReportedWhereTheyAre) {
   EXPECT_THAT(reported(R"({"parameters": {"parts": 2}, "parameter_ranges": {"parts": {"at_least": 3, "at_most": 1}}})"),
               Reports(Code::kOutOfRange, "/parameter_ranges/parts/at_most"));
   EXPECT_THAT(reported(R"({"parameters": {"kind": "a"}, "parameter_ranges": {"kind": {"one_of": []}}})"),
-              Reports(Code::kOutOfRange, "/parameter_ranges/kind/one_of"));
+              Reports(Code::kWrongSize, "/parameter_ranges/kind/one_of"));
   EXPECT_THAT(reported(R"({"objects": {"part #": {"copies": 2}}})"),
               Reports(Code::kWrongType, "/objects/part #/copies"));
 }

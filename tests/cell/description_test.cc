@@ -39,7 +39,7 @@ TEST(Description, AllErrorsAreFoundAtOnceWhereTheyStand) {
   ASSERT_FALSE(description.has_value());
   EXPECT_THAT(pointers(description.error()),
               testing::UnorderedElementsAre("/seed", "/timelimit_s", "/frames/a/position_m", "/frames/x~1y",
-                                            "/frames/world", "/devices/arm", "/devices/arm/modell", "/devices/wrist",
+                                            "/frames/world", "/devices/arm", "/devices/arm/modell", "/devices/wrist/on",
                                             "/objects/a/size_m/2", "/cameras/c/look_at", "", "/expectations/0",
                                             "/objects/a", "/film/camera", "/film/cuts/0/camera"));
   EXPECT_THAT(description.error(), AllOf(Reports(Code::kUnknownKey, "/timelimit_s", {"time_limit_s"}),

@@ -232,6 +232,22 @@ class Plugin(unittest.TestCase):
         definitions = json.loads(printed.stdout)["definitions"]
         self.assertIn("blocked_fan", definitions["fault"]["properties"]["do"]["enum"])
         self.assertIn("fan_speed", definitions["expectation"]["properties"]["kind"]["enum"])
+        self.assertIn("cage", definitions["object"]["properties"]["shape"]["enum"])
+        self.assertIn({"$ref": "#/definitions/fan_settings"}, definitions["device_settings"]["anyOf"])
+
+    def test_its_shape_is_one_of_objects(self):
+        def run(cage):
+            done = takt("run", self.source / "spin_up.json", "--plugin", self.plugin, "--models", self.source / "models", "--json",
+                        "--set", "/objects=" + json.dumps({"cage": {"shape": "cage", "at": {"position_m": [0, 0, 1]}, **cage}}))
+            return done.returncode, json.loads(done.stdout)
+
+        sizes = {"radius_m": 0.2, "bar_radius_m": 0.005, "length_m": 0.3}
+        status, report = run(sizes)
+        self.assertEqual((status, report["result"]), (0, "passed"), report)
+        status, report = run({**sizes, "bars": 0, "colour": 1})
+        self.assertEqual(status, 2)
+        found = {(one["code"], one["pointer"]) for one in report["diagnostics"]}
+        self.assertEqual({("out-of-range", "/objects/cage/bars"), ("unknown-key", "/objects/cage/colour")}, found)
 
     def test_its_diagnostics_are_those_of_its_kind(self):
         broken = takt("run", self.source / "spin_up.json", "--plugin", self.plugin, "--models", self.source / "models",

@@ -10,6 +10,7 @@
 #include "hw/rtde/driver.h"
 #include "hw/rtde/kind/lock_step_robot.h"
 #include "hw/wire/posix_network.h"
+#include "hw/wire/settings_rows.h"
 
 namespace takt::hw::rtde {
 
@@ -26,8 +27,6 @@ struct RtdeSettings final : device::DriverSettings {
 };
 
 const RtdeSettings& own(const device::DriverSettings& settings) { return static_cast<const RtdeSettings&>(settings); }
-
-Nanoseconds in_nanoseconds(double milliseconds) { return static_cast<Nanoseconds>(milliseconds * 1e6); }
 
 /// What a thread of a driver needs before the driver is made.
 struct OwnNetwork {
@@ -95,11 +94,37 @@ class SocketEmulator final : public device::ControllerEmulator {
   std::uint64_t next_event_ = 0;
 };
 
+Form settings_form() {
+  return {
+      .doc = "A robot of Universal Robots (docs/hardware-ur.md).",
+      .keys = {
+          address_key("an emulated controller", "HOST: the controller."), emulated_key(),
+          choice_key("series", {"cb3", "e"}, "e: an e-Series, 500 Hz.").by_default("cb3"),
+          text_key("robot", "Begin of what the controller must answer to 'get robot model'.").by_default("UR5"),
+          choice_key("registers", {"upper", "lower"}, "lower: another client has the upper half.").by_default("upper"),
+          number_key("lookahead_s", "s", {.low = 0.03, .high = 0.2}, "Of servoj().").by_default(0.03),
+          text_key("programs",
+                   "Of an emulated controller: a folder with the scripts that PolyScope saves beside its programs. "
+                   "NAME.script is what the dashboard loads as NAME.urp.")
+              .optional("none"),
+          text_key("external_control",
+                   "Of an emulated controller: the client that the program external_control.urp asks for its text. "
+                   "Port 50002 where none is given.")
+              .optional("it is not installed"),
+          boolean_key("remote_control",
+                      "Of an emulated e-Series: what it answers to 'is in remote control'; only then it accepts "
+                      "scripts and play.")
+              .by_default(true),
+          number_key("gain", "", {.low = 100.0, .high = 2000.0}, "Of servoj().").by_default(2000.0),
+          boolean_key("power_on", "Powers on and releases the brakes when it connects.").by_default(false),
+          margin_key("wire and core"), transport_key(0.1, 10.0, "message"), jitter_key(0.3, 10.0)}};
+}
+
 class RtdeKind final : public device::ArmDriverKind {
  public:
-  RtdeKind() : ArmDriverKind("rtde", "Universal Robots CB3 and e-Series over RTDE") {}
+  RtdeKind() : ArmDriverKind("rtde", "Universal Robots CB3 and e-Series over RTDE", settings_form()) {}
 
-  std::shared_ptr<const device::DriverSettings> read(ObjectReader& reader) const override;
+  std::shared_ptr<const device::DriverSettings> read(FormReader& from) const override;
   std::string refuse(const device::DriverSettings& settings, const device::ArmDescription& arm) const override;
   std::string refuse_terminals(const device::IoDescription& io) const override { return rtde::refuse_terminals(io); }
   Nanoseconds cycle(const device::DriverSettings& settings, const device::ArmDescription&) const override {
@@ -120,52 +145,51 @@ class RtdeKind final : public device::ArmDriverKind {
       std::shared_ptr<device::ArmBackend> machine) const override;
 
  private:
-  static void read_address(ObjectReader& reader, RtdeSettings& settings);
-  static void read_wire(ObjectReader& reader, RtdeSettings& settings);
-  static void read_installation(ObjectReader& reader, RtdeSettings& settings);
+  static void read_address(FormReader& from, RtdeSettings& settings);
+  static void read_wire(FormReader& from, RtdeSettings& settings);
+  static void read_installation(FormReader& from, RtdeSettings& settings);
 };
 
-void RtdeKind::read_address(ObjectReader& reader, RtdeSettings& settings) {
-  settings.address = reader.text("address", "virtual");
+void RtdeKind::read_address(FormReader& from, RtdeSettings& settings) {
+  settings.address = from.text("address");
   if (settings.in_process()) return;
   const auto endpoint = hw::parse_endpoint(settings.address, kRtdePort);
   if (!endpoint) {
-    reader.diagnostics().append(endpoint.error(), reader.at("address"));
+    from.diagnostics().append(endpoint.error(), from.at("address"));
   } else if (endpoint->port != kRtdePort) {
-    reader.diagnostics().error(Code::kUnsupported, reader.at("address"), fmt::format("port {}", endpoint->port),
-                               "Give its address alone: the ports of a UR controller are fixed");
+    from.diagnostics().error(Code::kUnsupported, from.at("address"), fmt::format("port {}", endpoint->port),
+                             "Give its address alone: the ports of a UR controller are fixed");
   } else {
     settings.driver.host = endpoint->host;
   }
 }
 
-void RtdeKind::read_wire(ObjectReader& reader, RtdeSettings& settings) {
-  const double jitter_ms = reader.number("jitter_ms", 0.3, {.low = 0.0, .high = 10.0});
-  settings.faults.wire.jitter = in_nanoseconds(jitter_ms);
-  settings.faults.wire.transport = in_nanoseconds(reader.number("transport_ms", 0.1, {.low = 0.0, .high = 10.0}));
-  const double margin_ms = settings.in_process() ? jitter_ms : kSocketMargin;
-  settings.driver.margin = in_nanoseconds(reader.number("margin_ms", margin_ms, {.low = 0.0, .high = 100.0}));
+void RtdeKind::read_wire(FormReader& from, RtdeSettings& settings) {
+  settings.faults.wire.jitter = read_ms(from, "jitter_ms");
+  settings.faults.wire.transport = read_ms(from, "transport_ms");
+  const double jitter_ms = static_cast<double>(settings.faults.wire.jitter) / kMillisecond;
+  settings.driver.margin = read_ms(from, "margin_ms", settings.in_process() ? jitter_ms : kSocketMargin);
   settings.driver.transport = settings.faults.wire.transport;
 }
 
 /// What is installed on an emulated controller: programs by their names, and scripts as PolyScope saves them beside.
-void RtdeKind::read_installation(ObjectReader& reader, RtdeSettings& settings) {
+void RtdeKind::read_installation(FormReader& from, RtdeSettings& settings) {
   ControllerOptions& controller = settings.controller;
-  controller.remote_control = reader.boolean("remote_control", true);
+  controller.remote_control = from.boolean("remote_control");
   if (!controller.remote_control && !settings.driver.e_series) {
-    reader.diagnostics().error(Code::kIncompatible, reader.at("remote_control"), "a CB3 has no remote control",
-                               "Add series=e, or remove remote_control");
+    from.diagnostics().error(Code::kIncompatible, from.at("remote_control"), "a CB3 has no remote control",
+                             "Add series=e, or remove remote_control");
   }
-  if (const std::string client = reader.text("external_control", ""); !client.empty()) {
+  if (const std::string client = from.text("external_control"); !client.empty()) {
     constexpr std::uint16_t kExternalControlPort = 50002;
     const auto endpoint = hw::parse_endpoint(client, kExternalControlPort);
     if (endpoint) {
       controller.external_control = *endpoint;
     } else {
-      reader.diagnostics().append(endpoint.error(), reader.at("external_control"));
+      from.diagnostics().append(endpoint.error(), from.at("external_control"));
     }
   }
-  const std::string folder = reader.text("programs", "");
+  const std::string folder = from.text("programs");
   if (folder.empty()) return;
   constexpr std::size_t kLongest = 1u << 20;
   std::error_code failed;
@@ -173,33 +197,32 @@ void RtdeKind::read_installation(ObjectReader& reader, RtdeSettings& settings) {
     if (file.path().extension() != ".script") continue;
     auto text = read_file(file.path(), kLongest);
     if (!text) {
-      reader.diagnostics().append(text.error(), reader.at("programs"));
+      from.diagnostics().append(text.error(), from.at("programs"));
       continue;
     }
     controller.programs[fmt::format("/programs/{}.urp", file.path().stem().string())] = std::move(*text);
   }
   if (failed || controller.programs.empty()) {
-    reader.diagnostics().error(
-        failed ? Code::kFileNotReadable : Code::kNotFound, reader.at("programs"),
+    from.diagnostics().error(
+        failed ? Code::kFileNotReadable : Code::kNotFound, from.at("programs"),
         failed ? fmt::format("'{}': {}", folder, failed.message()) : fmt::format("'{}' has no .script", folder),
         "Name a folder with the scripts that PolyScope saves beside its programs: NAME.script for NAME.urp");
   }
 }
 
-std::shared_ptr<const device::DriverSettings> RtdeKind::read(ObjectReader& reader) const {
+std::shared_ptr<const device::DriverSettings> RtdeKind::read(FormReader& from) const {
   auto settings = std::make_shared<RtdeSettings>();
-  read_address(reader, *settings);
+  read_address(from, *settings);
   DriverOptions& driver = settings->driver;
-  driver.e_series = reader.choice("series", {"cb3", "e"}, "cb3") == "e";
-  driver.model = reader.text("robot", "UR5");
-  driver.registers =
-      reader.choice("registers", {"upper", "lower"}, "upper") == "upper" ? RegisterHalf::kUpper : RegisterHalf::kLower;
-  driver.lookahead = reader.number("lookahead_s", 0.03, {.low = 0.03, .high = 0.2});
-  driver.gain = reader.number("gain", 2000.0, {.low = 100.0, .high = 2000.0});
-  driver.power_on = reader.boolean("power_on", false);
-  settings->emulated_peer = reader.boolean("emulated", hw::Endpoint{driver.host, 0}.is_loopback());
-  read_wire(reader, *settings);
-  read_installation(reader, *settings);
+  driver.e_series = from.choice("series") == "e";
+  driver.model = from.text("robot");
+  driver.registers = from.choice("registers") == "upper" ? RegisterHalf::kUpper : RegisterHalf::kLower;
+  driver.lookahead = from.number("lookahead_s");
+  driver.gain = from.number("gain");
+  driver.power_on = from.boolean("power_on");
+  settings->emulated_peer = from.boolean("emulated", hw::Endpoint{driver.host, 0}.is_loopback());
+  read_wire(from, *settings);
+  read_installation(from, *settings);
   if (driver.e_series) {
     settings->controller.version = {5, 12, 2, 1101534};
     settings->controller.model = "UR5e";

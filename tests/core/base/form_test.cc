@@ -21,8 +21,7 @@ Form cup_form() {
            text_key("label", "Label.", 1).optional("none"), text_key("owner", "Owner.").optional("the only one"),
            boolean_key("hot", "Hot.").optional(), boolean_key("cold", "Cold.").optional(),
            pair_key("between", "Two hands.").optional(), any_key("at", "place", "").optional()},
-          {"label", "owner"},
-          {{"hot", "cold"}}};
+          {at_least_one({"label", "owner"}), at_most_one({"hot", "cold"})}};
 }
 
 /// The codes and pointers of all that is wrong.
@@ -68,7 +67,7 @@ TEST(Form, SaysAllThatIsWrong) {
   using List = std::vector<std::string>;
   EXPECT_EQ(diagnostics_of(Json::parse(R"({"volume_m3": 1, "label": "x", "owner": "Ann"})")), List());
   EXPECT_EQ(diagnostics_of(Json::parse(R"({"volume_m3": 1, "owner": "Ann", "label": "", "hot": true, "cold": false})")),
-            List({"conflict /cup/hot"}));
+            List({"wrong-type /cup/label", "conflict /cup/hot"}));
   EXPECT_EQ(diagnostics_of(Json::parse(R"({"label": "x", "owner": "Cay", "of": "gold", "handles": -1, "hoot": true})"))
                 .size(),
             5u);
