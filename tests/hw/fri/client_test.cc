@@ -85,7 +85,8 @@ TEST(FriClient, AProgramThatIsForOthersIsRefusedBeforeAnythingRuns) {
   ASSERT_TRUE(kind);
   Diagnostics diagnostics;
   const nlohmann::ordered_json site = {{"address", "virtual"}, {"krl", "rcprg"}};
-  ObjectReader reader(site, "", diagnostics);
+  ObjectReader object(site, "", diagnostics);
+  FormReader reader(kind->form(), object);
   const auto settings = kind->read(reader);
   EXPECT_FALSE(diagnostics.has_errors()) << diagnostics.to_string();
   const auto arm = std::make_shared<const device::ArmDescription>(compliant_arm_description(7));
