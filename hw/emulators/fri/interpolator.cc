@@ -22,8 +22,7 @@ void Interpolator::stand(const Joints& q) {
 }
 
 void Interpolator::go(const Joints& q) {
-  if (missing_ > 0) correct_bridge(q - wanted_.next());
-  missing_ = 0;
+  if (missing_ > 0) return end_bridge(q);
   wanted_.go(q);
   tell();
 }
@@ -32,6 +31,21 @@ void Interpolator::bridge() {
   ++missing_;
   wanted_.go(wanted_.next());
   tell();
+}
+
+/// Either the commands have changed meanwhile, or they go on as before and are late, since their sender counts the
+/// messages that it saw. What takes less acceleration is taken.
+void Interpolator::end_bridge(const Joints& q) {
+  const Joints off = q - wanted_.next();
+  Interpolator late = *this;
+  correct_bridge(off);
+  late.wanted_.shift(off);
+  for (Interpolator* one : {this, &late}) {
+    one->missing_ = 0;
+    one->wanted_.go(q);
+    one->tell();
+  }
+  if (late.acceleration().cwiseAbs().maxCoeff() < acceleration().cwiseAbs().maxCoeff()) *this = late;
 }
 
 /// What the bridge lacked is a jerk, so it has grown with the third power of time since the last command.

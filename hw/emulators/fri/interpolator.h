@@ -44,11 +44,17 @@ class Interpolator {
       from = to;
       to = q;
     }
+    void shift(const Joints& off) {
+      before += off;
+      from += off;
+      to += off;
+    }
     /// The same acceleration once more.
     [[nodiscard]] Joints next() const { return 3.0 * to - 3.0 * from + before; }
   };
 
   void tell();
+  void end_bridge(const Joints& q);
   void correct_bridge(const Joints& off);
 
   double cycle_;

@@ -163,6 +163,24 @@ TEST(FriController, CommandsMayAccelerateAsTheFileOfTheControllerAllows) {
   }
 }
 
+/// A client that goes on by a step with each message that it sees is late by a step for each that it misses.
+TEST(FriController, AClientThatCountsItsMessagesMayMissSome) {
+  for (const int gap : {1, 2, 5}) {
+    ControllerBench bench({.cycle = kMillisecond}, lwr());
+    bench.start();
+    const Joints begin = bench.command.q;
+    for (int cycle = 0, answer = 0; cycle < 3000; ++cycle) {
+      bench.answers = cycle % 97 >= gap;
+      if (bench.answers) ++answer;
+      const double x = 0.3 * std::sin(1e-3 * answer);
+      bench.command.q = begin + Joints::Constant(x * x);  // at most 0.09 rad/s
+      bench.cycle();
+    }
+    EXPECT_EQ(bench.controller.state(), State::kCommand) << gap << " in a row: " << bench.news;
+    EXPECT_NEAR(bench.machine.q[0], bench.command.q[0], 1e-3);
+  }
+}
+
 TEST(FriController, OldForeignAndRepeatedAnswersCountForNothing) {
   ControllerBench bench;
   bench.start();
