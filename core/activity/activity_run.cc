@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/command/command_tree.h"
+#include "core/expression/comparison.h"
 
 namespace takt::activity {
 namespace {
 
-constexpr const char *kAborted = " abort_if", *kAbortUnknown = " abort_if unknown";
+constexpr const char *kAborted = " abort_if", *kAbortUnknown = " abort_if unknown", *kCompared = " compares ";
 
 /// "/0", "/1/0"
 bool is_part(std::string_view text) {
@@ -104,6 +107,13 @@ const std::string* ActivityRun::port_of(const std::string& observation) const {
   const std::string part = only_part_with(observation);
   const auto found = observed_.find(command::scoped_name(part, observation));
   return found == observed_.end() ? nullptr : &found->second;
+}
+
+std::vector<std::string> ActivityRun::observed_after(const std::string& begin) const {
+  std::vector<std::string> rest;
+  for (const auto& [name, port] : observed_)
+    if (name.starts_with(begin)) rest.push_back(name.substr(begin.size()));
+  return rest;
 }
 
 template <class T>
@@ -215,21 +225,40 @@ void add_abort(command::Command& command, const expression::State& state, const 
   command.fails_if(not_allowed(state, command));
   command.capture(key + kAborted, holds, state);
   command.capture(key + kAbortUnknown, unknown, expression::State(unknown.node()));
+  capture_compared(command, state, key + kAborted);
+}
+
+void capture_compared(command::Command& command, const expression::State& state, const std::string& key) {
+  for (const auto& [quantity, text] : expression::comparisons_of(state))
+    command.capture(key + kCompared + text, quantity, state);
+}
+
+std::string compared_text(const RunView& run, const std::string& key) {
+  std::string all;
+  const RunView part = run.narrowed_to(key);
+  for (const std::string& text : part.observed_after(key + kCompared)) {
+    const auto value = part.value<net::Real>(key + kCompared + text);
+    if (value) all += fmt::format("{}{}: {:.4g}", all.empty() ? "" : ", ", text, *value);
+  }
+  return all;
 }
 
 Diagnostics abort_diagnostics(const RunView& run, const std::string& key) {
   Diagnostics diagnostics;
   const bool silent = run.was_true(key + kAbortUnknown);
-  if (silent || run.was_true(key + kAborted)) add_abort_diagnostic(silent, "/abort_if", diagnostics);
+  if (silent || run.was_true(key + kAborted))
+    add_abort_diagnostic(silent, compared_text(run, key + kAborted), "/abort_if", diagnostics);
   return diagnostics;
 }
 
-void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics) {
+void add_abort_diagnostic(bool silent, const std::string& compared, std::string pointer, Diagnostics& diagnostics) {
   if (silent)
     return diagnostics.error(Code::kSensorSilent, std::move(pointer),
                              "a sensor in `abort_if` did not answer, so it was stopped",
                              "Check the sensor's power and wiring");
-  diagnostics.error(Code::kAbortCondition, std::move(pointer), "`abort_if` became true, so it was stopped",
+  diagnostics.error(Code::kAbortCondition, std::move(pointer),
+                    fmt::format("`abort_if` became true{}, so it was stopped",
+                                compared.empty() ? "" : fmt::format(" ({})", compared)),
                     "Remove the cause and ask for it again");
 }
 

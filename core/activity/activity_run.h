@@ -74,6 +74,8 @@ class ActivityRun {
   [[nodiscard]] RunView inside(const std::string& part) const;
   /// There is an observation of this name.
   [[nodiscard]] bool observes(const std::string& observation) const { return port_of(observation) != nullptr; }
+  /// What it observes under names that begin so: the rest of each.
+  [[nodiscard]] std::vector<std::string> observed_after(const std::string& begin) const;
   /// It runs, and what it does is still the rest of a motion that it goes on with: that one is not over yet.
   [[nodiscard]] bool carries() const;
   /// The newest value of an observation of the command (Command::observe, capture). T: any value type. Of a composition
@@ -195,6 +197,10 @@ class RunView {
     return run_.value<T>(named(observation));
   }
   [[nodiscard]] bool was_true(const std::string& observation) const { return run_.was_true(named(observation)); }
+  /// What it observes under names that begin so: the rest of each.
+  [[nodiscard]] std::vector<std::string> observed_after(const std::string& begin) const {
+    return run_.observed_after(named(begin));
+  }
 
  private:
   [[nodiscard]] std::string named(const std::string& observation) const {
@@ -209,8 +215,16 @@ class RunView {
 inline constexpr const char *kPartStarted = "part started", *kPartCompleted = "part completed",
                             *kPartCancelled = "part cancelled", *kPartFailed = "part failed";
 
-/// What is wrong where a state that must not hold has ended a run. @param silent  it was unknown whether it holds
-void add_abort_diagnostic(bool silent, std::string pointer, Diagnostics& diagnostics);
+/// The numbers that a state compares are shown as they are when it is entered. @param key  with which the names of what
+/// it shows begin
+void capture_compared(command::Command& command, const expression::State& state, const std::string& key);
+/// What capture_compared() has shown: "wrist above 30: 31.2"; empty: nothing, or the state was not entered.
+[[nodiscard]] std::string compared_text(const RunView& run, const std::string& key);
+
+/// What is wrong where a state that must not hold has ended a run.
+/// @param silent    it was unknown whether it holds
+/// @param compared  what was compared (compared_text()), or empty
+void add_abort_diagnostic(bool silent, const std::string& compared, std::string pointer, Diagnostics& diagnostics);
 
 /// The state has held, or was null (row N3), while the command ran: what it fails by (Command::fails_if).
 [[nodiscard]] expression::State not_allowed(const expression::State& state, const command::Command& command);

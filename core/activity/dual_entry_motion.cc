@@ -76,6 +76,7 @@ void add_abort(const std::vector<std::optional<State>>& abort_if, const command:
     command.on_entered(holds, cancel(command));
     command.fails_if(not_allowed(holds, command));
     command.capture(entry.broken(i - entry.before), action.progress(), holds);
+    capture_compared(command, holds, entry.broken(i - entry.before));
     command.capture(entry.silent(i - entry.before), action.progress(),
                     is_null(expression::BooleanSensor(holds.node())));
   }
@@ -352,7 +353,8 @@ GuardedEnd guarded_end(const RunView& run, int motions) {
     if (const auto at = run.value<net::Real>(entry.off_force)) end.off_force = *at;
     for (int i = -1; i < motions; ++i) {
       if (run.value<net::Real>(entry.silent(i))) end.broken = {.motion = i, .silent = true};
-      if (run.value<net::Real>(entry.broken(i))) end.broken = {.motion = i, .silent = false};
+      if (run.value<net::Real>(entry.broken(i)))
+        end.broken = {.motion = i, .silent = false, .compared = compared_text(run, entry.broken(i))};
     }
   }
   end.outcome = outcome_of(run, end);

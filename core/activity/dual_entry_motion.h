@@ -95,6 +95,7 @@ struct GuardedEnd {
   struct Broken {
     int motion = 0;  ///< of those that it is made of; -1: of the one that it went on with
     bool silent = false;
+    std::string compared = {};  ///< compared_text()
   };
   std::optional<Broken> broken;
   bool no_force = false;  ///< with a force offset: the force was not known any more

@@ -160,6 +160,7 @@ class MotionCommand final : public OperationCommand {
       made.command.fails_if(activity::not_allowed(holds, made.command));
       made.handler_places.push_back(places[i] + "/abort_if");
       made.command.capture(abort_name(key, i), action.progress(), holds);
+      activity::capture_compared(made.command, holds, abort_name(key, i));
       made.command.capture(abort_name(key, i) + " silent", action.progress(),
                            is_null(expression::BooleanSensor(holds.node())));
     }
@@ -174,7 +175,10 @@ class MotionCommand final : public OperationCommand {
     for (std::size_t i = 0; i < requests.size(); ++i) {
       const bool held = ended.value<net::Real>(abort_name(key, i)).has_value();
       const bool silent = !held && ended.value<net::Real>(abort_name(key, i) + " silent").has_value();
-      if (held || silent) end.broken = {.motion = static_cast<int>(i), .silent = silent};
+      if (held || silent)
+        end.broken = {.motion = static_cast<int>(i),
+                      .silent = silent,
+                      .compared = activity::compared_text(ended, abort_name(key, i))};
     }
     if (!requests.back().until) return end;
     const bool was_cancelled = ended.was_true(key + " cancelled");

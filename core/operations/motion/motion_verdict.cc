@@ -43,7 +43,8 @@ Diagnostics motion_verdict(const std::vector<MotionTask>& tasks, const activity:
   if (end.broken) {
     const MotionPlace place = places(end.broken->motion);
     Diagnostics broken;
-    activity::add_abort_diagnostic(end.broken->silent, place.pointer + (place.has_keys ? "/abort_if" : ""), broken);
+    activity::add_abort_diagnostic(end.broken->silent, end.broken->compared,
+                                   place.pointer + (place.has_keys ? "/abort_if" : ""), broken);
     for (Diagnostic diagnostic : broken.list()) {
       diagnostic.message.insert(0, place.prefix);
       diagnostics.add(std::move(diagnostic));

@@ -6,6 +6,7 @@
 
 #include "core/command/check.h"
 #include "core/command/mapping.h"
+#include "core/expression/comparison.h"
 #include "core/expression/contact_reader.h"
 #include "core/expression/frame_sensors.h"
 #include "core/kinematics/link_path.h"
@@ -99,6 +100,17 @@ TEST_F(SensorTest, StatesAreComparedCombinedAndHeld) {
   const State held = is_greater(a, -100.0).held_for(0.01);
   EXPECT_EQ(in_net(BooleanSensor(held.node()), 5), false);
   EXPECT_EQ(in_net(BooleanSensor(held.node()), 15), true);
+}
+
+TEST_F(SensorTest, TheComparisonsOfAStateAreFoundAndNamed) {
+  const RealSensor a = element(measured_joints(cell.cell, "arm"), 0), felt = norm(force(cell.felt()));
+  const State state = (is_greater(felt, 5.0) or not is_less(a, -100.0)) and is_greater(felt, 5.0) and is_greater(a, a);
+  const auto comparisons = comparisons_of(state.held_for(0.1));
+  ASSERT_EQ(comparisons.size(), 2U) << "each once; a bound that is no constant is none";
+  EXPECT_EQ(comparisons[0].text, "wrist above 5");
+  EXPECT_EQ(comparisons[1].text, "arm below -100");
+  EXPECT_EQ(comparisons[1].quantity.now(), a.now());
+  EXPECT_TRUE(comparisons_of(holds(BooleanSensor(digital_input(cell.cell, "button").node()))).empty());
 }
 
 TEST_F(SensorTest, ADeviceThatIsNotThereIsFoundWithTheNearestName) {

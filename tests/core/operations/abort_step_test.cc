@@ -7,9 +7,12 @@
 
 #include "app/interfaces/actuator_interfaces.h"
 #include "tests/core/activity/command_fixture.h"
+#include "tests/support/reports.h"
 
 namespace takt::operations {
 namespace {
+
+using takt::test::Reports;
 
 class AbortStepTest : public test::CommandStepTest {
  protected:
@@ -66,6 +69,29 @@ TEST_F(AbortStepTest, N3_ASilentSensorInAnAbortConditionEndsIt) {
   ASSERT_EQ(diagnostics.list().size(), 1U) << diagnostics.to_string();
   EXPECT_EQ(diagnostics.list().front().code, Code::kSensorSilent);
   EXPECT_EQ(diagnostics.list().front().pointer, "/program/abort_if");
+}
+
+TEST_F(AbortStepTest, SaysWhatWasComparedWithWhichBound) {
+  for (const char* operation :
+       {R"("do": "hold", "seconds": 5)", R"("do": "lin", "to": {"by_m": [0, 0, 0.1]}, "linear_m_s": 0.01)",
+        R"("do": "transaction", "name": "t", "commands": {"up": {"do": "lin", "start": true,
+           "to": {"by_m": [0, 0, 0.1]}, "linear_m_s": 0.01, ABORT}})"}) {
+    SCOPED_TRACE(operation);
+    cell.extra = {};
+    const std::string condition = R"("abort_if": {"any": [{"sensor": "wrist", "above_N": 50}, {"input": "button"}]})";
+    std::string text = operation;
+    if (const auto place = text.find("ABORT"); place != std::string::npos) text.replace(place, 5, condition);
+    const bool inside = text != operation;
+    EXPECT_EQ(run(good(inside ? "{" + text + "}" : "{" + text + ", " + condition + "}"),
+                  [this](int cycle, program::ProgramRunner&) {
+                    cell.button->sample.value = false;
+                    if (cycle >= 300) cell.extra.force = {60.0, 0.0, 0.0};
+                  }),
+              Progress::kFailed);
+    EXPECT_THAT(diagnostics,
+                Reports(Code::kAbortCondition, inside ? "/program/commands/up/abort_if" : "/program/abort_if",
+                        {"wrist above 50: 60"}));
+  }
 }
 
 TEST_F(AbortStepTest, WhereItNeverHoldsTheOperationEndsInOrder) {
