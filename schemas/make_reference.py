@@ -38,7 +38,6 @@ SECTIONS = [
     ("captured", "Captured value", "A value that a transaction captures, or that an analog output follows: one of its keys but `quantity`."),
 ]
 NODES = ["sequence", "parallel", "charts", "branch", "repeat", "for_each", "call", "try", "let", "log", "fail", "stop", "motions"]
-NODE_DEFINITIONS = {"log": "says", "fail": "says"}
 ELSEWHERE = {"step": "[step](#steps)", "command": "[command](#commands)", "expectation": "[expectation](#expectations)",
              "fault": "[fault](#faults)", "device_settings": "[settings](#device-settings)",
              "compliance": "[compliance](operations-reference.md#compliance)", "value": "value"}
@@ -235,7 +234,7 @@ class Page:
                  + ", ".join(f"[`{kind}`](operations-reference.md#{kind})" for kind in kinds if kind in self.operations) + ".", "",
                  "The others build the tree of the program ([programs.md](programs.md)):", ""]
         for kind in NODES:
-            node = self.definitions[NODE_DEFINITIONS.get(kind, kind)]
+            node = self.definitions[kind]
             lines += [f"### {kind}", *([link(node["description"]), ""] if "description" in node else []), *self.table(node), ""]
         return lines
 

@@ -12,6 +12,8 @@
 #include "cell/judge/expectations.h"
 #include "core/device/material.h"
 #include "core/operations/table/operation.h"
+#include "core/program/tree/node.h"
+#include "core/program/tree/node_forms.h"
 #include "tools/cli.h"
 
 namespace takt::tools {
@@ -68,8 +70,36 @@ Json file_schema(const char* title, const Form& form, Json definitions) {
   return schema;
 }
 
+/// Steps of programs: nodes and operations.
+void add_steps(Json& definitions) {
+  SchemaWriter writer(definitions);
+  Json nodes = Json::array(), chosen = Json::array();
+  for (const program::NodeKind& kind : program::node_kinds()) {
+    nodes.push_back(kind.name);
+    chosen.push_back(
+        {{"if", {{"properties", {{"do", {{"const", kind.name}}}}}}}, {"then", writer.reference_to(kind.form.get())}});
+  }
+  chosen.push_back(reference("operation_parameters"));
+  (void)writer.reference_to(program::sub_program_form());
+  const Form step{
+      .doc = "",
+      .keys = {
+          any_key("do", "", "Step type."),
+          text_key("name",
+                   "Name in the film, in progress and in diagnostics; film/cuts and the expectation 'step' refer to "
+                   "it. Names may repeat.")
+              .optional("the step type")}};
+  Json schema = writer.schema_of(step);
+  schema.erase("additionalProperties");  // they depend on "do"
+  schema.erase("patternProperties");
+  schema["properties"]["do"]["anyOf"] = Json::array({{{"enum", nodes}}, reference("step_operations")});
+  schema["allOf"] = chosen;
+  definitions["step"] = std::move(schema);
+}
+
 Json scenario_schema() {
   Json definitions = operation_definitions();
+  add_steps(definitions);
   SchemaWriter writer(definitions);
   (void)writer.reference_to(cell::expectation_form());
   (void)writer.reference_to(cell::fault_form());

@@ -52,9 +52,10 @@ void add_range(const Range& range, Json& schema) {
 }
 
 void add_size(const Key& key, Json& schema) {
-  schema["type"] = "array";
-  if (key.min_size > 0) schema["minItems"] = key.min_size;
-  if (key.max_size > 0) schema["maxItems"] = key.max_size;
+  const bool members = key.type == Key::Type::kMembers;
+  schema["type"] = members ? "object" : "array";
+  if (key.min_size > 0) schema[members ? "minProperties" : "minItems"] = key.min_size;
+  if (key.max_size > 0) schema[members ? "maxProperties" : "maxItems"] = key.max_size;
 }
 
 /// The keys together. An empty text says nothing.
@@ -288,6 +289,7 @@ void FormReader::members(std::string_view key,
   const Key& one = row(key);
   const Json* all = json(key);
   if (all == nullptr) return;
+  check_size(one, *all);
   for (const auto& [name, value] : all->items()) {
     if (one.comments && (name.starts_with("$") || name == "comment")) continue;
     const std::string place = at(key) + pointer_segment(name);
@@ -299,13 +301,20 @@ void FormReader::members(std::string_view key,
   }
 }
 
+void FormReader::check_size(const Key& key, const Json& all) {
+  const std::size_t least = key.min_size, most = key.max_size;
+  if (most > 0 && all.size() > most)
+    diagnostics().error(Code::kWrongSize, at(key.name), fmt::format("{} entries", all.size()),
+                        fmt::format("Give at most {}", most));
+  if (all.size() < least)
+    diagnostics().error(least == 1 ? Code::kMissing : Code::kWrongSize, at(key.name),
+                        fmt::format("{} entries", all.size()), fmt::format("Give at least {}", least));
+}
+
 void FormReader::elements(std::string_view key, const std::function<void(const Json&, const std::string&)>& read) {
   const Json* all = json(key);
   if (all == nullptr) return;
-  const std::size_t least = row(key).min_size;
-  if (all->size() < least)
-    diagnostics().error(least == 1 ? Code::kMissing : Code::kWrongSize, at(key), fmt::format("{} entries", all->size()),
-                        fmt::format("Give at least {}", least));
+  check_size(row(key), *all);
   for (std::size_t i = 0; i < all->size(); ++i) read((*all)[i], at(key) + pointer_segment(i));
 }
 
@@ -362,7 +371,7 @@ void SchemaWriter::add_type(const Key& key, Json& schema) {
       schema["items"] = schema_of(*key.element);
       return;
     case Type::kMembers:
-      schema["type"] = "object";
+      add_size(key, schema);
       if (key.names != nullptr) schema["propertyNames"]["pattern"] = key.names->pattern;
       if (key.comments) schema["patternProperties"] = ignored_keys();
       schema["additionalProperties"] = schema_of(*key.element);
@@ -381,7 +390,7 @@ Json SchemaWriter::schema_of(const Key& key) {
     schema = reference(key.definition);
   }
   if (key.or_parameter) schema = {{"anyOf", Json::array({schema, {{"type", "string"}, {"pattern", R"(^\$)"}}})}};
-  if (key.doc.empty()) return schema;
+  if (key.doc.empty()) return schema.empty() ? Json(true) : schema;
   // Beside a reference draft-07 ignores every other key, the description too.
   if (schema.contains("$ref")) schema = {{"allOf", Json::array({schema})}};
   if (Json value = plain(key.fallback); !value.is_null()) schema["default"] = std::move(value);

@@ -51,7 +51,7 @@ struct Key {
   Range range = {};                        ///< of numbers, in that unit
   std::vector<double> values = {};         ///< of kNumber: one of these; empty: any in the range
   std::vector<std::string> choices = {};   ///< of kChoice; of kAny: types of the schema
-  std::size_t min_size = 0, max_size = 0;  ///< of texts and lists; max_size 0: any
+  std::size_t min_size = 0, max_size = 0;  ///< of texts, lists and members; max_size 0: any
   const NameRule* names = nullptr;         ///< of kMembers; null: any
   bool comments = false;                   ///< of kMembers: "comment" is no member
   bool or_parameter = false;               ///< in files "$NAME" as well, which is written out before it is read
@@ -211,6 +211,7 @@ class FormReader {
   void check_rules();
 
  private:
+  void check_size(const Key& key, const nlohmann::ordered_json& all);
   const Form& form_;
   ObjectReader& object_;
 };

@@ -11,6 +11,7 @@
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
 #include "core/expression/contact_reader.h"
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/strand.h"
 #include "languages/program/chart_calls.h"
 #include "languages/program/chart_rehearsal.h"
@@ -319,6 +320,19 @@ void read_one(const std::string& name, const Json& json, const std::string& poin
   read_chart_programs(node.charts.back(), pointer, parser);
 }
 
+const Form& charts_form() {
+  static const Form form = [] {
+    Key charts = members_key("charts", any_of_key("", {"string", "object"}, ""),
+                             "Name to the file of a state chart (SCXML), relative to this file and in its folder or "
+                             "below.");
+    charts.min_size = 1;
+    charts.max_size = kMostCharts;
+    return program::node_form("charts", "Runs state charts (SCXML) that coordinate what they invoke.",
+                              {std::move(charts)});
+  }();
+  return form;
+}
+
 }  // namespace
 
 std::unique_ptr<program::Node> parse_charts(const Json& json, const std::string& pointer, program::NodeParser& parser) {
@@ -326,21 +340,16 @@ std::unique_ptr<program::Node> parse_charts(const Json& json, const std::string&
   node->pointer = pointer;
   ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "charts");
-  const Json* charts = reader.object("charts");
+  if (const Json* all = reader.child("charts")) node->charts.reserve(all->size());  // calls refer to charts
+  FormReader(charts_form(), reader)
+      .members("charts", [&](const std::string& name, const Json& one, const std::string& place) {
+        read_one(name, one, place, *node, parser);
+      });
   reader.finish();
-  if (charts == nullptr) return node;
-  if (charts->empty() || charts->size() > kMostCharts)
-    parser.diagnostics().error(Code::kWrongSize, reader.at("charts"), fmt::format("{} charts", charts->size()),
-                               fmt::format("Give 1 to {}", kMostCharts));
-  node->charts.reserve(charts->size());  // calls refer to charts
-  for (const auto& [name, one] : charts->items())
-    read_one(name, one, reader.at("charts") + pointer_segment(name), *node, parser);
   check_targets(*node, parser.diagnostics());
   return node;
 }
 
-program::NodeKind charts_kind() {
-  return {"charts", "Runs state charts (SCXML) that coordinate what they invoke. Keys: charts.", parse_charts};
-}
+program::NodeKind charts_kind() { return {"charts", charts_form(), parse_charts}; }
 
 }  // namespace takt::languages

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/question.h"
 
 namespace takt::program {
@@ -182,13 +183,9 @@ std::unique_ptr<Node> parse_branch(const Json& json, const std::string& pointer,
   node->pointer = pointer;
   ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "branch");
-  if (const Json* cases = reader.array("cases")) {
-    for (std::size_t i = 0; i < cases->size(); ++i) {
-      node->cases.push_back(parse_case((*cases)[i], reader.at("cases") + pointer_segment(i), parser));
-    }
-    if (cases->empty())
-      parser.diagnostics().error(Code::kMissing, reader.at("cases"), "no case is given", "Give at least one");
-  }
+  FormReader(branch_form(), reader).elements("cases", [&](const Json& one, const std::string& place) {
+    node->cases.push_back(parse_case(one, place, parser));
+  });
   node->otherwise = parser.steps(reader, "else", false);
   reader.finish();
   return node;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/question.h"
 #include "core/program/tree/strand.h"
 
@@ -400,8 +401,8 @@ std::string read_variable(ObjectReader& reader, std::string_view key, bool requi
 Grid read_grid(const Json& json, const std::string& pointer, NodeParser& parser) {
   ObjectReader reader(json, pointer, parser.diagnostics());
   Grid grid;
-  constexpr double kMost = 1000;
-  const auto counts = reader.numbers("count", 3, {}, {.low = 1, .high = kMost});
+  FormReader from(grid_form(), reader);
+  const auto counts = reader.numbers("count", 3, {}, from.row("count").element->range);
   const auto steps = reader.numbers("step_m", 3);
   for (std::size_t i = 0; i < 3; ++i) {
     grid.count[i] = static_cast<std::int64_t>(counts[i]);
@@ -434,22 +435,18 @@ std::unique_ptr<Node> parse_repeat(const Json& json, const std::string& pointer,
   const Json* times = reader.child("times");
   const Json* when = reader.child("while");
   const Json* until = reader.child("until");
-  if ((times != nullptr) + (when != nullptr) + (until != nullptr) != 1) {
-    parser.diagnostics().error(Code::kMissing, pointer, "exactly one end is needed",
-                               "Give one of 'times', 'while' and 'until'");
-  } else if (times) {
+  FormReader from(repeat_form(), reader);
+  from.check_rules();
+  (void)reader.child("at_most");
+  if (times) {
     const std::size_t before = parser.diagnostics().list().size();
     node->times = parser.value(*times, reader.at("times"), Type::number());
     if (node->times.constant() && parser.diagnostics().list().size() == before)
       (void)node->rounds({}, parser.diagnostics());
-    if (reader.child("at_most") != nullptr)
-      parser.diagnostics().error(Code::kConflict, reader.at("at_most"),
-                                 "'at_most' beside 'times', which says how often it runs",
-                                 "Remove one of them; at_most goes with 'while' and 'until'");
-  } else {
+  } else if (when || until) {
     node->kind = when ? RepeatNode::Kind::kWhile : RepeatNode::Kind::kUntil;
     node->condition = Question::parse(when ? *when : *until, reader.at(when ? "while" : "until"), parser);
-    node->at_most = reader.integer("at_most", node->at_most, {.low = 1, .high = 1e6});
+    node->at_most = from.integer("at_most");
   }
   node->body = parser.steps(reader, "steps");
   reader.finish();
@@ -463,12 +460,11 @@ std::unique_ptr<Node> parse_for_each(const Json& json, const std::string& pointe
   parser.head(reader, *node, "for_each");
   const Json* list = reader.child("in");
   const Json* grid = reader.object("grid", false);
-  if ((list != nullptr) == (grid != nullptr)) {
-    parser.diagnostics().error(Code::kMissing, pointer, "exactly one list is needed", "Give 'in' or 'grid'");
-  } else if (grid) {
+  FormReader(for_each_form(), reader).check_rules();
+  if (grid) {
     node->grid = read_grid(*grid, reader.at("grid"), parser);
     node->element = Type::pose();
-  } else {
+  } else if (list) {
     Type type;
     node->list = parser.value(*list, reader.at("in"), Type::list_of({}), &type);
     if (type.kind == Type::Kind::kList) node->element = type.element.front();

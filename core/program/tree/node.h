@@ -13,7 +13,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/base/object_reader.h"
+#include "core/base/form.h"
 #include "core/operations/table/operation.h"
 #include "core/operations/table/step.h"
 #include "core/program/language/value.h"
@@ -238,7 +238,7 @@ class NodeParser {
 /// A kind of node: the word after "do".
 struct NodeKind {
   std::string_view name;
-  std::string_view doc;
+  std::reference_wrapper<const Form> form;  ///< lives as long as the process
   std::unique_ptr<Node> (*parse)(const nlohmann::ordered_json& json, const std::string& pointer, NodeParser& parser);
 };
 

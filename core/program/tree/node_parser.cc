@@ -6,6 +6,7 @@
 
 #include "core/base/read_parts.h"
 #include "core/program/tree/node.h"
+#include "core/program/tree/node_forms.h"
 
 namespace takt::program {
 namespace {
@@ -35,17 +36,17 @@ namespace {
 
 std::vector<NodeKind>& kinds() {
   static std::vector<NodeKind> all{
-      {"branch", "Takes one of several branches. Keys: cases (when, steps), else.", parse_branch},
-      {"call", "Runs a program of the file. Keys: program, with, as.", parse_call},
-      {"fail", "Fails with a text. Keys: text.", parse_fail},
-      {"for_each", "Runs its steps for each element of a list. Keys: as, in or grid, index, steps.", parse_for_each},
-      {"let", "Gives variables values. Keys: values.", parse_let},
-      {"log", "Writes a text into the recording. Keys: text.", parse_log},
-      {"parallel", "Runs branches side by side. Keys: branches, end.", parse_parallel},
-      {"repeat", "Runs its steps again and again. Keys: times, while or until, at_most, as, steps.", parse_repeat},
-      {"sequence", "Runs steps one after the other. Keys: steps, times, variables.", parse_sequence},
-      {"stop", "Ends the program in order.", parse_stop},
-      {"try", "Deals with failures. Keys: steps, retry, recover, on_error (as, steps), finally.", parse_try},
+      {"branch", branch_form(), parse_branch},
+      {"call", call_form(), parse_call},
+      {"fail", fail_form(), parse_fail},
+      {"for_each", for_each_form(), parse_for_each},
+      {"let", let_form(), parse_let},
+      {"log", log_form(), parse_log},
+      {"parallel", parallel_form(), parse_parallel},
+      {"repeat", repeat_form(), parse_repeat},
+      {"sequence", sequence_form(), parse_sequence},
+      {"stop", stop_form(), parse_stop},
+      {"try", try_form(), parse_try},
   };
   return all;
 }
@@ -55,7 +56,8 @@ std::vector<NodeKind>& kinds() {
 const std::vector<NodeKind>& node_kinds() { return kinds(); }
 
 void add_node_kind(const NodeKind& kind) {
-  kinds().insert(std::ranges::lower_bound(kinds(), kind.name, {}, &NodeKind::name), kind);
+  auto& all = kinds();
+  all.insert(std::ranges::lower_bound(all, kind.name, {}, &NodeKind::name), kind);
 }
 
 NodeParser::NodeParser(const expression::Cell& cell, const Json* programs, Diagnostics& diagnostics)

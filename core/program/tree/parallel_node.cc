@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/outcome_json.h"
 #include "core/program/tree/strand.h"
 
@@ -211,24 +212,17 @@ std::unique_ptr<Node> parse_parallel(const Json& json, const std::string& pointe
   node->pointer = pointer;
   ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "parallel");
-  node->first_ends = reader.choice("end", {"all", "first"}, "all") == "first";
-  constexpr std::size_t kMost = 32;
+  FormReader from(parallel_form(), reader);
+  node->first_ends = from.choice("end") == "first";
   auto frames = parser.take_frames();
-  if (const Json* branches = reader.array("branches")) {
-    for (std::size_t i = 0; i < branches->size(); ++i) {
-      const std::string branch = reader.at("branches") + pointer_segment(i);
-      node->branches.push_back(parser.node((*branches)[i], branch));
-      for (const std::string& frame : parser.take_frames()) {
-        if (frames.insert(frame).second) continue;
-        parser.diagnostics().error(Code::kDuplicate, branch, fmt::format("two branches have a frame '{}'", frame),
-                                   "Give each a name of its own");
-      }
+  from.elements("branches", [&](const Json& step, const std::string& branch) {
+    node->branches.push_back(parser.node(step, branch));
+    for (const std::string& frame : parser.take_frames()) {
+      if (frames.insert(frame).second) continue;
+      parser.diagnostics().error(Code::kDuplicate, branch, fmt::format("two branches have a frame '{}'", frame),
+                                 "Give each a name of its own");
     }
-    if (branches->empty() || branches->size() > kMost) {
-      parser.diagnostics().error(Code::kWrongSize, reader.at("branches"), fmt::format("{} branches", branches->size()),
-                                 fmt::format("Give 1 to {}", kMost));
-    }
-  }
+  });
   reader.finish();
   return node;
 }

@@ -8,6 +8,7 @@
 
 #include "core/base/object_reader.h"
 #include "core/program/tree/node.h"
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/strand.h"
 
 namespace takt::program {
@@ -211,7 +212,7 @@ std::unique_ptr<Node> parse_sequence(const Json& json, const std::string& pointe
   node->pointer = pointer;
   ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "sequence");
-  node->times = reader.integer("times", 1, {.low = 0, .high = 1e6});
+  node->times = FormReader(sequence_form(), reader).integer("times");
   const NodeParser::Inner inner(parser);
   node->variables = parser.declarations(reader, "variables");
   node->frames = parser.block_frames(reader, "frames");

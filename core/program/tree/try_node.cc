@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/outcome_json.h"
 #include "core/program/tree/strand.h"
 
@@ -255,20 +256,14 @@ std::unique_ptr<Node> parse_try(const Json& json, const std::string& pointer, No
   node->pointer = pointer;
   ObjectReader reader(json, pointer, parser.diagnostics());
   parser.head(reader, *node, "try");
-  if (reader.has("retry")) node->retry = reader.integer("retry", {}, {.low = 1, .high = 1000});
+  FormReader from(try_form(), reader);
+  if (reader.has("retry")) node->retry = from.integer("retry");
   const NodeParser::Inner inner(parser);
   node->body = parser.steps(reader, "steps");
   node->recover = parser.steps(reader, "recover", false);
-  if (reader.has("recover") && node->retry == 0) {
-    parser.diagnostics().error(Code::kInvalidValue, reader.at("recover"), "there is no other attempt to recover for",
-                               "Add \"retry\": how many more");
-  }
   read_handler(reader, *node, parser);
   node->cleanup = parser.steps(reader, "finally", false);
-  if (node->retry == 0 && !node->handles && !reader.has("finally")) {
-    parser.diagnostics().error(Code::kMissing, pointer, "no reaction to a failure is given",
-                               "Give 'retry', 'on_error' or 'finally'");
-  }
+  from.check_rules();
   reader.finish();
   return node;
 }
