@@ -44,7 +44,7 @@ std::vector<std::string> names_of_kinds() {
   return names;
 }
 
-constexpr Range kCycle{.low = 0.0, .high = kCycleMaxMs}, kWire{.low = 0.0, .high = 50.0},
+constexpr Range kCycle{.low = 1.0, .high = kCycleMaxMs}, kWire{.low = 0.0, .high = 50.0},
     kShare{.low = 0.0, .high = 0.5};
 
 Form slow_form() {
@@ -54,7 +54,7 @@ Form slow_form() {
   const auto share = [](const char* key, const char* doc) { return number_key(key, "", kShare, doc).by_default(0.0); };
   return {
       .doc = "In the simulation, with a clock and a connection of its own.",
-      .keys = {ms("cycle_ms", 0.0, kCycle, "Cycle of the device, on its own clock, 1 or more; 0: that of the model."),
+      .keys = {number_key("cycle_ms", "ms", kCycle, "Cycle of the device, on its own clock.").optional("its model's"),
                ms("offset_ms", 12'345.678, {.low = -1e9, .high = 1e9}, "Time of its clock when the core's is 0."),
                number_key("drift_ppm", "ppm", {.low = -500.0, .high = 500.0}, "Drift of its clock.").by_default(100.0),
                ms("transport_ms", 0.1, kWire, "Least transport time of a message."),
@@ -72,11 +72,7 @@ emulation::SlowOptions read_slow(FormReader& from) {
     return static_cast<Nanoseconds>(std::llround(from.number(key) * kMillisecond));
   };
   emulation::SlowOptions slow;
-  slow.cycle = time("cycle_ms");
-  if (slow.cycle > 0 && slow.cycle < kMillisecond) {
-    from.diagnostics().error(Code::kOutOfRange, from.at("cycle_ms"), "a device faster than the core's cycle",
-                             "Choose 1 to 100");
-  }
+  if (from.has("cycle_ms")) slow.cycle = time("cycle_ms");
   slow.clock_offset = time("offset_ms");
   slow.drift = 1e-6 * from.number("drift_ppm");
   slow.wire.transport = time("transport_ms");
