@@ -7,6 +7,30 @@
 #include <fmt/format.h>
 
 namespace takt::serve {
+namespace {
+
+/// Calls `visit(name, signal)` for each signal of a cell, in the order of CellView::signals.
+template <class Visit>
+void for_each_signal(const expression::Cell& cell, const Visit& visit) {
+  for (const auto& [name, signal] : cell.digital_inputs) visit(name, *signal);
+  for (const auto& [name, signal] : cell.analog_inputs) visit(name, *signal);
+  for (const auto& [name, signal] : cell.digital_outputs) visit(name, *signal);
+  for (const auto& [name, signal] : cell.analog_outputs) visit(name, *signal);
+}
+
+template <class T>
+void look_at(const device::SignalInput<T>& input, SignalView& view) {
+  view.value.reset();
+  if (input.has_sample()) view.value = input.sample().value;
+}
+
+template <class T>
+void look_at(const device::SignalOutput<T>& output, SignalView& view) {
+  view.value = output.value();
+  view.held = output.held();
+}
+
+}  // namespace
 
 ServedCell::~ServedCell() = default;
 
@@ -16,6 +40,9 @@ void ServedCell::begin(const cell::Description& description, const cell::BuiltCe
   holders_.emplace(*built.core);
   for (const auto& [name, arm] : built.cell.arms) fresh_.arms.push_back({.name = name});
   for (const auto& [name, sensor] : built.cell.sensors) fresh_.sensors.push_back({.name = name});
+  for (const auto& [name, gripper] : built.cell.grippers) fresh_.grippers.push_back({.name = name});
+  for_each_signal(built.cell,
+                  [this](const std::string& name, const auto&) { fresh_.signals.push_back({.name = name}); });
   for (const auto& [name, channel] : built.cell.channels) fresh_.channels.push_back({.name = name});
   copy({});
   publish();
@@ -100,8 +127,15 @@ void ServedCell::copy(std::span<const rcc::Event> events) {
   }
   for (SensorView& view : fresh_.sensors) {
     const device::ForceTorqueSensor& sensor = *built_->cell.sensors.at(view.name).device;
-    if (sensor.has_sample()) view.wrench = sensor.sample().wrench;
+    view.wrench = sensor.has_sample() ? std::optional(sensor.sample().wrench) : std::nullopt;
   }
+  for (GripperView& view : fresh_.grippers) {
+    const device::Gripper& gripper = *built_->cell.grippers.at(view.name).device;
+    view.sample = gripper.has_sample() ? std::optional(gripper.sample()) : std::nullopt;
+    view.held = gripper.held();
+  }
+  auto signal = fresh_.signals.begin();
+  for_each_signal(built_->cell, [&signal](const std::string&, const auto& device) { look_at(device, *signal++); });
   for (CellView::Channel& view : fresh_.channels) {
     const device::Channel& channel = *built_->cell.channels.at(view.name);
     view.value = device::value_in(channel.description().type, channel.raw_slot());
@@ -114,9 +148,7 @@ void ServedCell::copy(std::span<const rcc::Event> events) {
   if (pressed && !fresh_.emergency_stop) fresh_.emergency_cycle = fresh_.cycle;
   fresh_.emergency_stop = pressed;
   cell::copy_picture_state(*built_->world, fresh_.picture);
-  for (const rcc::Event& event : events)
-    fresh_events_.push_back(
-        {.sequence = 0, .cycle = event.cause.cycle >= 0 ? event.cause.cycle : core.cycle() - 1, .event = event});
+  for (const rcc::Event& event : events) fresh_events_.push_back({.sequence = 0, .cycle = event.cycle, .event = event});
 }
 
 /// Outside of the loop's lock.

@@ -42,7 +42,21 @@ struct ArmView {
 /// A force/torque sensor as it was after a cycle.
 struct SensorView {
   std::string name;
-  std::optional<net::Wrench> wrench = {};  ///< as measured, in its measuring frame; nothing: no sample yet
+  std::optional<net::Wrench> wrench = {};  ///< as measured, in its measuring frame; nothing: no sample that counts
+};
+
+/// A gripper as it was after a cycle.
+struct GripperView {
+  std::string name;
+  std::optional<device::GripperSample> sample = {};  ///< nothing: no sample yet
+  bool held = false;
+};
+
+/// A digital or analog signal as it was after a cycle.
+struct SignalView {
+  std::string name;
+  std::optional<device::ChannelValue> value = {};  ///< of an output what was sent last; nothing: no sample that counts
+  bool held = false;                               ///< of an output: by a net
 };
 
 /// A cell after a cycle, copied for whoever asks.
@@ -53,6 +67,8 @@ struct CellView {
   bool connected = false;  ///< all devices are there: nets may start
   std::vector<ArmView> arms;
   std::vector<SensorView> sensors;
+  std::vector<GripperView> grippers;
+  std::vector<SignalView> signals;  ///< digital inputs, analog inputs, digital outputs, analog outputs
   struct Channel {
     std::string name;
     std::optional<device::ChannelValue> value = {};

@@ -281,7 +281,7 @@ void ControlCore::step() {
   cycle.period = core.options.period;
   cycle.time = k * core.options.period;
   cycle.dt = to_seconds(core.options.period);
-  core.events.clear();
+  core.events.begin_cycle(k);
   core.digest.begin_cycle();
 
   Stopwatch watch(core.statistics, core.options.measure);

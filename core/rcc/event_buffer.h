@@ -15,10 +15,16 @@ class EventBuffer {
   /// An answer to each request of a full queue and to each rule that waits, and as many changes of state and stops.
   static constexpr std::size_t kCapacity = 2048;
 
-  void clear() { size_ = 0; }
+  /// Forgets those of the cycle before.
+  void begin_cycle(std::int64_t cycle) {
+    size_ = 0;
+    cycle_ = cycle;
+  }
+  /// Of this cycle, whatever the event says.
   void add(const Event& event) {
     if (size_ < kCapacity) {
-      events_[size_++] = event;
+      events_[size_] = event;
+      events_[size_++].cycle = cycle_;
     } else {
       ++dropped_;
     }
@@ -30,6 +36,7 @@ class EventBuffer {
   [[nodiscard]] std::int64_t dropped() const { return dropped_; }
 
  private:
+  std::int64_t cycle_ = -1;
   std::array<Event, kCapacity> events_{};
   std::size_t size_ = 0;
   std::int64_t dropped_ = 0;

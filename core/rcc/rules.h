@@ -124,6 +124,7 @@ struct Event {
   NetId net = 0;
   RequestId request = 0;
   net::Cause cause;
+  std::int64_t cycle = -1;  ///< in which it happened
 };
 
 }  // namespace takt::rcc
