@@ -52,6 +52,7 @@ Api::Api(ServedCell& cell, Access access, PanelFiles page, std::function<void(co
                        respond(json_answer(200, openapi(routes_, StreamSession::messages(), access_.needs_token())));
                      }});
   add_cell_routes();
+  add_device_routes();
   add_net_routes();
   add_command_routes();
   add_channel_routes();

@@ -53,6 +53,7 @@ class Api {
   void add_net_routes();
   void add_command_routes();
   void add_cell_routes();
+  void add_device_routes();
   void add_channel_routes();
   void add_watch_routes();
   void add_stream_routes();
@@ -85,11 +86,14 @@ class Api {
 
   // api_cell.cc
   [[nodiscard]] HttpResponse state() const;
-  [[nodiscard]] HttpResponse devices() const;
-  [[nodiscard]] HttpResponse device(const Call& call) const;
   [[nodiscard]] HttpResponse events(const Call& call) const;
   void steps(const Call& call, const Respond& respond);
   [[nodiscard]] HttpResponse stop(const Call& call);
+
+  // api_devices.cc
+  [[nodiscard]] HttpResponse devices() const;
+  [[nodiscard]] HttpResponse device_states() const;
+  [[nodiscard]] HttpResponse arm(const Call& call) const;
 
   // api_lease.cc
   [[nodiscard]] HttpResponse leases() const;

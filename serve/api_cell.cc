@@ -1,6 +1,5 @@
-// The cell as a whole: state, devices, events, time, STOP.
+// The cell as a whole: state, events, time, STOP.
 #include <algorithm>
-#include <array>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -19,40 +18,11 @@ using CellJson = nlohmann::ordered_json;
 
 constexpr std::int64_t kMostEvents = 4096;
 
-CellJson joints_json(const device::JointVector& joints) {
-  CellJson list = CellJson::array();
-  for (Eigen::Index i = 0; i < joints.size(); ++i) list.push_back(joints[i]);
-  return list;
-}
-
-CellJson arm_json(const ArmView& arm) {
-  return {{"q_measured", joints_json(arm.q_measured)},
-          {"dq_measured", joints_json(arm.dq_measured)},
-          {"tau_measured", joints_json(arm.tau_measured)},
-          {"q_commanded", joints_json(arm.q_commanded)},
-          {"mode", name_of(arm.mode)},
-          {"ready", arm.ready},
-          {"at_rest", arm.at_rest},
-          {"held", arm.held},
-          {"fault", arm.fault}};
-}
-
-CellJson data_sheet(const device::ArmDescription& arm) {
-  return {{"joint_names", arm.joint_names},
-          {"lower", joints_json(arm.limits.lower)},
-          {"upper", joints_json(arm.limits.upper)},
-          {"velocity", joints_json(arm.limits.velocity)},
-          {"acceleration", joints_json(arm.limits.acceleration)},
-          {"jerk", joints_json(arm.limits.jerk)},
-          {"home", joints_json(arm.home)}};
-}
-
 /// The most serious of all devices: what moves counts before what is emulated, and that before what is simulated.
-const char* reality_of(const std::map<std::string, device::BackendMode>& realities) {
-  static constexpr std::array kNames = {"SIM", "EMULATED", "HARDWARE"};
+std::string_view reality_of(const std::map<std::string, device::BackendMode>& realities) {
   auto most = device::BackendMode::kSimulated;
   for (const auto& [name, reality] : realities) most = std::max(most, reality);
-  return kNames.at(static_cast<std::size_t>(most));
+  return name_of(most);
 }
 
 /// What stands in the way now: cause, since when, and what to do.
@@ -73,11 +43,6 @@ CellJson faults_json(const CellView& view, const cell::BuiltCell& built, Nanosec
       add(arm.name, arm.fault_cycle, built.cell.arms.at(arm.name).device->fault_text(arm.fault),
           "Remove the cause, then reset the arm");
   return faults;
-}
-
-template <class Map>
-void add_names(const Map& devices, const char* kind, CellJson& list) {
-  for (const auto& [name, device] : devices) list.push_back({{"name", name}, {"kind", kind}});
 }
 
 }  // namespace
@@ -119,21 +84,6 @@ void Api::add_cell_routes() {
                                                  {"realtime", cell_.realtime()},
                                                  {"version", TAKT_VERSION}}));
                      }});
-  routes_.push_back({.method = "GET",
-                     .path = "/v1/devices",
-                     .id = "devices",
-                     .summary = "Names and kinds of all devices.",
-                     .answer = {{"devices", "array", "name and kind of each"}},
-                     .handle = [this](const Call&, const Respond& respond) { respond(devices()); }});
-  routes_.push_back({.method = "GET",
-                     .path = "/v1/arms/{arm}",
-                     .id = "arm",
-                     .summary = "State and data sheet of an arm: rad or m, in the joint order of its URDF.",
-                     .answer = {{"name", "string", ""},
-                                {"cycle", "integer", "after which the state was copied"},
-                                {"state", "object", "positions, velocities, torques, mode, rest"},
-                                {"data_sheet", "object", "joints with their limits"}},
-                     .handle = [this](const Call& call, const Respond& respond) { respond(device(call)); }});
   routes_.push_back(
       {.method = "GET",
        .path = "/v1/events",
@@ -176,38 +126,6 @@ HttpResponse Api::state() const {
   json["health"] = {{"overruns", view.overruns}, {"worst_cycle_s", to_seconds(view.worst_cycle)}};
   json["faults"] = faults_json(view, cell_.built(), cell_.period());
   return json_answer(200, json);
-}
-
-HttpResponse Api::devices() const {
-  const expression::Cell& cell = cell_.built().cell;
-  CellJson list = CellJson::array();
-  add_names(cell.arms, "arm", list);
-  add_names(cell.sensors, "force/torque sensor", list);
-  add_names(cell.grippers, "gripper", list);
-  add_names(cell.changers, "tool changer", list);
-  add_names(cell.digital_inputs, "digital input", list);
-  add_names(cell.analog_inputs, "analog input", list);
-  add_names(cell.digital_outputs, "digital output", list);
-  add_names(cell.analog_outputs, "analog output", list);
-  return json_answer(200, {{"devices", list}});
-}
-
-HttpResponse Api::device(const Call& call) const {
-  const std::string& name = call.path.at("arm");
-  const CellView view = cell_.view();
-  std::vector<std::string> names;
-  for (const ArmView& arm : view.arms) {
-    names.push_back(arm.name);
-    if (arm.name != name) continue;
-    const device::Arm& known = *cell_.built().cell.arms.at(name).device;
-    return json_answer(200, {{"name", name},
-                             {"cycle", view.cycle},
-                             {"state", arm_json(arm)},
-                             {"data_sheet", data_sheet(known.description())}});
-  }
-  Diagnostics why;
-  why.error(Code::kUnknownName, "", fmt::format("the cell has no arm '{}'", name), nearest_choice(name, names));
-  return problem(404, "there is no such arm", why);
 }
 
 HttpResponse Api::events(const Call& call) const {

@@ -49,6 +49,26 @@ TEST(Server, ARemoteRunInLockStepHasTheDigestOfTheLocalRun) {
   (void)local.finish({});
 }
 
+TEST(Server, EveryDeviceHasADataSheetAndAState) {
+  Served served(false, {}, "scenarios/screw.json");
+  const Client client = served.client();
+  const Json states = client.get("/v1/devices/state").json()["devices"];
+  std::map<std::string, Json> sheets;
+  for (const Json& device : client.get("/v1/devices").json()["devices"]) {
+    const std::string name = device["name"], kind = device["kind"];
+    EXPECT_EQ(device["reality"], "SIM") << name;
+    EXPECT_TRUE(states.contains(name) || kind == "tool changer") << name;
+    EXPECT_TRUE(sheets.try_emplace(name, device["data_sheet"]).second) << name << " twice";
+  }
+  for (const auto& [name, state] : states.items()) EXPECT_TRUE(sheets.contains(name)) << name;
+  const Json& arm = sheets.at("arm");
+  EXPECT_EQ(arm["joint_names"].size(), arm["velocity"].size());
+  EXPECT_EQ(arm["modes"].at(0), "position");
+  EXPECT_EQ(states["arm"], client.get("/v1/arms/arm").json()["state"]) << "time stands";
+  EXPECT_EQ(states["io/driver"]["value"], false);
+  EXPECT_EQ(states["io/driver"]["held"], false);
+}
+
 TEST(Server, ANetIsRejectedWithAllThatIsWrongWithIt) {
   Served served(false);
   Client client = served.client();

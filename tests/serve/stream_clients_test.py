@@ -8,11 +8,13 @@ import base64
 import json
 import pathlib
 import re
+import secrets
 import signal
 import socket
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
@@ -164,6 +166,19 @@ class Streams(unittest.TestCase):
             self.assertEqual(status, 0, errors)
         self.addCleanup(end)
         return served
+
+    def test_what_the_page_promises_is_kept(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tokens, own = pathlib.Path(folder) / "tokens", pathlib.Path(folder) / "token"
+            token = secrets.token_hex(24)
+            tokens.touch(mode=0o600)
+            tokens.write_text(f"operator anna {token}\n")
+            own.write_text(token)
+            served = Served(TAKT, "--realtime", "--tokens", tokens, token=token)
+            asked = subprocess.run([sys.executable, "-B", pathlib.Path(__file__).parent / "conformance.py",
+                                    f"http://127.0.0.1:{served.port}", "--token-file", own], capture_output=True, text=True)
+            self.assertEqual(served.end()[0], 0)
+            self.assertEqual(asked.returncode, 0, asked.stdout + asked.stderr)
 
     def test_each_client_reads_events_and_values(self):
         served = self.served("--lockstep")
