@@ -1,6 +1,7 @@
 #include "sim/film/render_scene.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -67,8 +68,9 @@ Vector3f mean_colour(const mjModel* model, int texture) {
   return sum / static_cast<float>(std::max<std::int64_t>(1, count));
 }
 
-void append_vertices(const mjvGeom& geom, const Vector3f& origin, const Shape& shape, const Fit& size,
-                     const SceneVertex& look, std::vector<SceneVertex>& vertices) {
+/// @return the box around them
+Eigen::AlignedBox3f append_vertices(const mjvGeom& geom, const Vector3f& origin, const Shape& shape, const Fit& size,
+                                    const SceneVertex& look, std::vector<SceneVertex>& vertices) {
   Matrix3f rotation;
   for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = geom.mat[i];
   const Matrix3f position_map = rotation * size.scale.asDiagonal();
@@ -79,12 +81,35 @@ void append_vertices(const mjvGeom& geom, const Vector3f& origin, const Shape& s
   const std::size_t first = vertices.size();
   vertices.resize(first + shape.vertices.size(), look);
   SceneVertex* out = vertices.data() + first;
+  Eigen::AlignedBox3f box;
   for (const ShapeVertex& v : shape.vertices) {
-    Eigen::Map<Vector3f>(out->position.data()) = position_map * vec(v.p.data()) + v.sign * pull + origin;
+    const Vector3f position = position_map * vec(v.p.data()) + v.sign * pull + origin;
+    Eigen::Map<Vector3f>(out->position.data()) = position;
+    box.extend(position);
     const Vector3f normal = normal_map * vec(v.normal.data());
     Eigen::Map<Vector3f>(out->normal.data()) = even ? normal : Vector3f(normal.normalized());
     ++out;
   }
+  return box;
+}
+
+SceneGeom::Look look_of(const SceneGeom& drawn, const mjvGeom& geom, const Vector3f& origin, const Fit& size,
+                        const SceneVertex& look) {
+  SceneGeom::Look all{};
+  auto out = all.begin();
+  const auto add = [&out](float number) { *out++ = std::bit_cast<std::uint32_t>(number); };
+  for (int i = 0; i < 3; ++i) add(origin[i]);
+  for (const float part : geom.mat) add(part);
+  for (int i = 0; i < 3; ++i) add(size.scale[i]);
+  add(size.stretch);
+  *out++ = std::bit_cast<std::uint32_t>(look.colour);
+  *out++ = std::bit_cast<std::uint32_t>(look.material);
+  const auto shape = std::bit_cast<std::uintptr_t>(drawn.shape);
+  *out++ = static_cast<std::uint32_t>(shape);
+  *out++ = static_cast<std::uint32_t>(shape >> 32U);
+  *out++ = (drawn.casts_shadow ? 1U : 0U) | (drawn.transparent ? 2U : 0U) | (drawn.is_floor ? 4U : 0U) |
+           (drawn.on_top ? 8U : 0U);
+  return all;
 }
 
 Matrix4f look_along(const Vector3f& eye, const Vector3f& forward, const Vector3f& up_hint) {
@@ -200,7 +225,10 @@ void SceneTriangles::fill(const mjModel_* model, const mjData_* data, const mjvS
     // MuJoCo puts an endless plane below the camera of the picture before; ours stays where the model has it.
     const Vector3f origin =
         endless ? Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + 3 * geom.objid).cast<float>() : vec(geom.pos);
-    append_vertices(geom, origin, *shape, fit(model, geom), look, vertices);
+    const Fit size = fit(model, geom);
+    SceneGeom& drawn = geoms.back();
+    drawn.box = append_vertices(geom, origin, *shape, size, look, vertices);
+    drawn.look = look_of(drawn, geom, origin, size, look);
   }
 }
 

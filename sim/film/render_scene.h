@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "sim/film/render_shapes.h"
 
@@ -33,6 +33,11 @@ struct SceneGeom {
   bool is_floor = false;
   bool on_top = false;  ///< drawn over whatever would hide it
   int model_geom = -1;  ///< its number in the model; negative: it is none of it
+
+  /// All that its triangles follow from: geoms with equal looks are drawn as the same pixels.
+  using Look = std::array<std::uint32_t, 21>;
+  Look look{};
+  Eigen::AlignedBox3f box{};  ///< around its corners, in world
 };
 
 /// All geoms of a mjvScene as one list of triangles in world coordinates: the scenes are small, so moving the corners

@@ -1,6 +1,7 @@
 #include "sim/film/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -18,11 +19,13 @@
 #include <mujoco/mujoco.h>
 #include <Eigen/Geometry>
 
+#include "sim/film/render_changes.h"
 #include "sim/film/render_gl.h"
 #include "sim/film/render_marks.h"
 #include "sim/film/render_scene.h"
 #include "sim/film/render_shaders.h"
 #include "sim/film/render_shapes.h"
+#include "sim/film/render_view.h"
 #include "sim/model/mujoco_errors.h"
 
 namespace takt::sim {
@@ -108,6 +111,7 @@ class Renderer::Impl {
     if (!sky) return std::unexpected(sky.error());
     shadow_program_ = *shadow;
     sky_program_ = *sky;
+    (void)views_.find(0, options_.width, options_.height);
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE || glGetError() != GL_NO_ERROR)
       return failure(Code::kSystem, "", "OpenGL has no memory for the picture", "Choose a smaller size or shadow map");
     return {};
@@ -142,11 +146,13 @@ class Renderer::Impl {
     Result<void> updated = mujoco_call("", [&] { update_scene(camera); });
     if (!updated) return updated;
     if (!uploaded_) upload();
+    RenderView& drawn = views_.find(camera, width, height);
     Result<GLuint> program = program_for(false, has_shadow());
     Result<GLuint> floor_program = program_for(lights_.all_distant, has_shadow());
     if (!program) return std::unexpected(program.error());
     if (!floor_program) return std::unexpected(floor_program.error());
-    draw_view(*program, *floor_program, width, height);
+    drawn.find_changes(scene_, triangles_, lights_, shadow_view_, shadow_reach());
+    if (!drawn.mask.empty()) draw_view(*program, *floor_program, drawn);
     read_back(width, height, image);
     if (const GLenum error = glGetError(); error != GL_NO_ERROR)
       return failure(Code::kSystem, "", fmt::format("OpenGL error 0x{:x} while drawing", error));
@@ -180,17 +186,16 @@ class Renderer::Impl {
     attribute(1, 3, GL_FLOAT, GL_FALSE, offsetof(SceneVertex, normal));
     attribute(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(SceneVertex, colour));
     attribute(3, 4, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(SceneVertex, material));
+  }
 
-    glGenFramebuffers(1, &picture_buffer_);
-    glBindFramebuffer(GL_FRAMEBUFFER, picture_buffer_);
-    GLuint storage[2];
-    glGenRenderbuffers(2, storage);
-    glBindRenderbuffer(GL_RENDERBUFFER, storage[0]);
-    glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, options_.width, options_.height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, storage[0]);
-    glBindRenderbuffer(GL_RENDERBUFFER, storage[1]);
-    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, options_.width, options_.height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, storage[1]);
+  std::optional<ShadowReach> shadow_reach() const {
+    if (!has_shadow()) return std::nullopt;
+    constexpr float kTexels = 4;  // the filter's, the slope's, and the way that corners are pushed along their normals
+    ShadowReach reach{.direction = {}, .lowest = 0, .margin = 0};
+    reach.margin = kTexels * shadow_view_.width / static_cast<float>(options_.shadow_size);
+    if (lights_.all_distant) reach.direction = lights_.axis[static_cast<std::size_t>(lights_.shadow_light)];
+    for (const SceneGeom& geom : triangles_.geoms) reach.lowest = std::min(reach.lowest, geom.box.min().z());
+    return reach;
   }
 
   // 16 bits over four radii are 0.2 mm for a scene of 5 m, well below the bias.
@@ -267,12 +272,29 @@ class Renderer::Impl {
     const Vector3f centre = Eigen::Map<const Eigen::Vector3d>(model_->stat.center).cast<float>();
     const float radius = static_cast<float>(model_->stat.extent) * model_->vis.map.shadowclip;
     shadow_view_ = shadow_view(scene_, triangles_, centre, radius, model_->vis.map.shadowscale, options_.shadow_size);
+    const Matrix4f& view = shadow_view_.clip_from_world;
+    const auto casts = [](const SceneGeom& geom) { return geom.casts_shadow && !geom.transparent; };
+    const auto changed = shadow_geoms_.replace(triangles_, casts);
+    TileMask mask(options_.shadow_size, options_.shadow_size);
+    if (view != shadow_map_view_) {
+      mask.add_all();
+    } else {
+      mark(changed, view, options_.shadow_size, options_.shadow_size, std::nullopt, mask);
+    }
+    shadow_map_view_ = view;
+    if (mask.empty()) return;
+    const auto [left, top, width, height] = mask.bounds();
+    TileMask rectangle(options_.shadow_size, options_.shadow_size);
+    rectangle.add(PixelBox(Eigen::Vector2f(left, top), Eigen::Vector2f(left + width - 1, top + height - 1)));
     indices_.clear();
     for (const SceneGeom& geom : triangles_.geoms)
-      if (geom.casts_shadow && !geom.transparent) append_indices(geom, indices_);
+      if (casts(geom) && rectangle.meets(pixels_of(geom.box, view, options_.shadow_size, options_.shadow_size)))
+        append_indices(geom, indices_);
     upload_indices();
     glBindFramebuffer(GL_FRAMEBUFFER, shadow_buffer_);
     glViewport(0, 0, options_.shadow_size, options_.shadow_size);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(left, top, width, height);
     glEnable(GL_DEPTH_TEST);
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_LESS);
@@ -280,10 +302,12 @@ class Renderer::Impl {
     glDisable(GL_CULL_FACE);
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.5f, 2.0f);
+    glClearDepth(1.0);
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(shadow_program_);
-    set(shadow_program_, "clip_from_world", shadow_view_.clip_from_world);
+    set(shadow_program_, "clip_from_world", view);
     draw_range({static_cast<GLsizei>(indices_.size()), 0});
+    glDisable(GL_SCISSOR_TEST);
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
@@ -334,7 +358,8 @@ class Renderer::Impl {
   }
 
   // Opaque geoms from near to far, so that hidden pixels are never lit; then floor, sky, and what one looks through.
-  void draw_view(GLuint program, GLuint floor_program, int width, int height) {
+  void draw_view(GLuint program, GLuint floor_program, const RenderView& drawn) {
+    const Matrix4f& view = drawn.clip_from_world;
     const mjvGLCamera camera = mjv_averageCamera(&scene_.camera[0], &scene_.camera[1]);
     const Vector3f eye(camera.pos[0], camera.pos[1], camera.pos[2]);
     std::vector<const SceneGeom*> order;
@@ -344,7 +369,9 @@ class Renderer::Impl {
     const auto collect = [&](auto wanted) {
       const std::size_t first = indices_.size();
       for (const SceneGeom* geom : order)
-        if (wanted(*geom)) append_indices(*geom, indices_);
+        if (wanted(*geom) && (drawn.mask.whole() || geom->is_floor ||
+                              drawn.mask.meets(pixels_of(geom->box, view, drawn.width, drawn.height))))
+          append_indices(*geom, indices_);
       return Range{static_cast<GLsizei>(indices_.size() - first), first};
     };
     const auto inside = [](const SceneGeom& geom) { return !geom.is_floor && !geom.on_top; };
@@ -355,17 +382,15 @@ class Renderer::Impl {
     const Range on_top = collect([](const SceneGeom& geom) { return geom.on_top; });
     upload_indices();
 
-    glBindFramebuffer(GL_FRAMEBUFFER, picture_buffer_);
-    glViewport(0, 0, width, height);
+    glViewport(0, 0, drawn.width, drawn.height);
     glEnable(GL_CULL_FACE);
     glFrontFace(GL_CW);  // the camera's y points down
     glEnable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_LEQUAL);
-    glClear(GL_DEPTH_BUFFER_BIT);
-    const float aspect = static_cast<float>(width) / static_cast<float>(height);
-    const Matrix4f view = camera_view(scene_, aspect);
+    clear_depth(drawn);
+    const float aspect = static_cast<float>(drawn.width) / static_cast<float>(drawn.height);
     set_uniforms(program, view);
     draw_range(opaque);
     if (floor.count > 0) {
@@ -382,16 +407,33 @@ class Renderer::Impl {
       draw_range(transparent);
       glDepthMask(GL_TRUE);
     }
-    draw_on_top(program, on_top);
+    draw_on_top(program, on_top, drawn);
+    glDisable(GL_SCISSOR_TEST);
+  }
+
+  /// Where the picture stays as it is nothing can be nearer: no pixel is lit there.
+  static void clear_depth(const RenderView& drawn) {
+    glDisable(GL_SCISSOR_TEST);
+    glClearDepth(drawn.mask.whole() ? 1.0 : 0.0);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    if (drawn.mask.whole()) return;
+    glEnable(GL_SCISSOR_TEST);
+    glClearDepth(1.0);
+    for (const auto& [left, top, right, bottom] : drawn.mask.rectangles()) {
+      glScissor(left, top, right - left, bottom - top);
+      glClear(GL_DEPTH_BUFFER_BIT);
+    }
+    const auto [left, top, width, height] = drawn.mask.bounds();
+    glScissor(left, top, width, height);
   }
 
   /// With depths of their own: they hide each other, and nothing hides them.
-  static void draw_on_top(GLuint program, const Range& range) {
+  static void draw_on_top(GLuint program, const Range& range, const RenderView& drawn) {
     if (range.count == 0) return;
     glUseProgram(program);
     glEnable(GL_CULL_FACE);
     glDisable(GL_BLEND);
-    glClear(GL_DEPTH_BUFFER_BIT);
+    clear_depth(drawn);
     draw_range(range);
   }
 
@@ -431,8 +473,11 @@ class Renderer::Impl {
   std::vector<std::uint32_t> indices_;
   Sky sky_;
   ShadowView shadow_view_;
+  DrawnGeoms shadow_geoms_;  ///< in the shadow map
+  Matrix4f shadow_map_view_ = Matrix4f::Zero();
+  RenderViews views_;
   GLuint vertex_array_ = 0, vertex_buffer_ = 0, index_buffer_ = 0;
-  GLuint picture_buffer_ = 0, shadow_buffer_ = 0, shadow_map_ = 0;
+  GLuint shadow_buffer_ = 0, shadow_map_ = 0;
   GLuint shadow_program_ = 0, sky_program_ = 0;
   std::map<std::pair<std::string, bool>, GLuint> programs_;
 };

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "core/base/diagnostics.h"
+#include "sim/film/camera_view.h"
 #include "sim/film/render_image.h"
 #include "sim/model/marks.h"
 
@@ -24,17 +25,6 @@ struct RenderOptions {
   int max_geoms = 4000;      ///< geoms in one picture; more are left out with a MuJoCo warning
   bool show_sites = false;
 };
-
-/// A camera that stands free in the room.
-struct FreeCamera {
-  std::array<double, 3> look_at = {0, 0, 0.5};  ///< m in world
-  double distance = 3;                          ///< m from look_at
-  double azimuth = 135;                         ///< degrees about world z
-  double elevation = -25;                       ///< degrees; negative looks down
-};
-
-/// A camera of the model by its index, or a free one.
-using CameraView = std::variant<int, FreeCamera>;
 
 /// Index of the camera `name`; the diagnostic lists the cameras there are. Realtime: setup.
 [[nodiscard]] Result<int> find_camera(const mjModel_* model, std::string_view name, const std::string& pointer);

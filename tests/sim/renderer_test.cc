@@ -10,7 +10,9 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
+#include "core/base/random.h"
 #include "tests/sim/render_fixture.h"
+#include "tests/support/random_runs.h"
 #include "tests/support/reports.h"
 
 namespace takt::sim {
@@ -96,6 +98,50 @@ TEST(Renderer, APictureDoesNotDependOnTheOneBefore) {
     ASSERT_TRUE(renderer->set_state(data.get()));
     ASSERT_TRUE(renderer->draw(0, 160, 120, image));
     EXPECT_EQ(image, fresh) << x;
+  }
+}
+
+/// A world of which a little moves at a time; in the end everything has, also what is transparent, on top, or a light.
+TEST(Renderer, WhatIsNotDrawnAnewIsAsIfItWere) {
+  const ModelPtr model = dressed(R"(<light name="lamp" pos="1 -1 3" dir="0 0 -1"/>
+      <geom type="box" size=".8 .4 .05" pos="0 0 .4" rgba=".6 .6 .6 1"/>
+      <body pos="-.6 0 1"><joint type="slide" axis="1 0 0"/><geom type="box" size=".1 .1 .2" rgba="1 0 0 1"/>
+        <body pos="0 0 .4"><joint type="hinge" axis="0 1 0"/>
+          <geom type="capsule" size=".05 .3" rgba="0 0 1 1"/></body></body>
+      <body pos=".3 -.3 .6"><joint type="slide" axis="0 0 1"/><geom type="sphere" size=".12" rgba="0 1 0 .4"/></body>
+      <body pos=".5 .2 1.2"><joint type="slide" axis="0 1 0"/><geom type="cylinder" size=".08 .1"/></body>)");
+  const DataPtr data = posed_data(model.get());
+  Result<Renderer> kept = Renderer::create(model.get(), small_picture());
+  ASSERT_TRUE(kept);
+  Random random(takt::test::RandomRuns(1).first_seed, "renderer");
+  Marks marks;
+  for (int step = 0; step < 60; ++step) {
+    const auto joint = static_cast<int>(random.uniform(0, model->nq));
+    if (step % 4 != 3) data->qpos[joint] = random.uniform(-0.4, 0.4);
+    if (step % 7 == 6) data->qpos[0] = random.uniform(-3.0, 3.0);
+    if (step == 30) model->light_active[0] = 0;
+    if (step == 40) model->geom_rgba[4 * (model->ngeom - 1)] = 0.2F;
+    if (step % 5 == 4) {
+      const auto x = static_cast<float>(random.uniform(-0.5, 0.5));
+      marks.shapes.push_back({.shape = Mark::Shape::kRod,
+                              .from = {x, 0, 0.5F},
+                              .to = {x, 0, 1.5F},
+                              .radius = 0.01F,
+                              .rgba = {0, 1, 0, 1},
+                              .on_top = step % 2 == 0});
+      if (marks.shapes.size() > 4) marks.shapes.erase(marks.shapes.begin());
+    }
+    pose_for_drawing(model.get(), data.get());
+    Result<Renderer> fresh = Renderer::create(model.get(), small_picture());
+    ASSERT_TRUE(fresh);
+    for (const CameraView& camera : {CameraView(0), CameraView(FreeCamera{.look_at = {0, 0, 0.7}})}) {
+      std::array<Image, 2> pictures;
+      for (Result<Renderer>* one : {&fresh, &kept}) {
+        ASSERT_TRUE((*one)->set_marks(marks) && (*one)->set_state(data.get()));
+        ASSERT_TRUE((*one)->draw(camera, 160, 120, pictures[one == &kept ? 1 : 0]));
+      }
+      ASSERT_EQ(pictures[0], pictures[1]) << "step " << step;
+    }
   }
 }
 
