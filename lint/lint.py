@@ -28,7 +28,7 @@ CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion"
 ROOMS = {
     "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "process", "basic"],
     "sim": ["model", "contact", "machines", "world", "film"],
-    "languages": ["xml", "script", "scxml", "program"],
+    "languages": ["xml", "script", "scxml", "behavior_tree", "program"],
     "cell": ["file", "build", "faults", "judge", "run", "replay"],
 }
 # What still looks upwards. This list only gets shorter.

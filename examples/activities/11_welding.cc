@@ -38,7 +38,7 @@ class WeldedWorkpiece {
 };
 
 struct WeldingParameters {
-  double speed = 0.01, overlap = 0.005, retract = 0.05;  // m/s, m, m
+  double speed = 0.01, overlap = 0.005, retract = 0.05;                                // m/s, m, m
   double gas_preflow = 0.3, ignition_timeout = 1.0, crater = 0.3, gas_postflow = 0.5;  // s
 };
 
@@ -56,10 +56,9 @@ class WeldingInterface : public DeviceInterface {
     RuntimeCommand approach("ignition movement", robot(), lin_along({line.front()}, 0.1));
     RuntimeCommand gas_on("gas on", output("gas"), command::set_value(true));
     WaitCommand preflow("preflow", own.gas_preflow);
-    const auto seam_motion = command::while_process(lin_along({line.begin() + 1, line.end()}, own.speed), burns,
-                                                    {.start_timeout = own.ignition_timeout,
-                                                     .finish_time = own.crater,
-                                                     .overlap = own.overlap / own.speed});
+    const auto seam_motion = command::while_process(
+        lin_along({line.begin() + 1, line.end()}, own.speed), burns,
+        {.start_timeout = own.ignition_timeout, .finish_time = own.crater, .overlap = own.overlap / own.speed});
     RuntimeCommand seam("seam", robot(), seam_motion);
     RuntimeCommand arc("arc", output("arc"), command::follow_state(seam_motion.state("process")));
     RuntimeCommand wire("wire", output("wire"), command::follow_state(seam_motion.state("process")));
@@ -108,7 +107,8 @@ int main(int argc, char** argv) {
     const Actuator robot = cell.arm();
     const ComposedDevice torch = welding_torch(cell, "torch");
     const ComposedDevice welder(
-        "welder", {{"robot", robot}, {"gas", torch.part("gas")}, {"arc", torch.part("arc")}, {"wire", torch.part("wire")}});
+        "welder",
+        {{"robot", robot}, {"gas", torch.part("gas")}, {"arc", torch.part("arc")}, {"wire", torch.part("wire")}});
     const WeldedWorkpiece workpiece(cell, "workpiece");
     const State burns = cell.input("torch/established");
     for (const char* name : {"edge", "side"}) {

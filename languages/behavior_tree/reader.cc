@@ -20,7 +20,8 @@ TreeNodeType switch_of(std::string_view name) {
   TreeNodeType type{name, Kind::kSwitch, 0, 0, {{"variable", "", false}}};
   const int cases = name.back() - '0';
   type.min_children = type.max_children = cases + 1;
-  static constexpr std::array<std::string_view, 6> kCases = {"case_1", "case_2", "case_3", "case_4", "case_5", "case_6"};
+  static constexpr std::array<std::string_view, 6> kCases = {"case_1", "case_2", "case_3",
+                                                             "case_4", "case_5", "case_6"};
   for (int i = 0; i < cases; ++i) type.ports.push_back({kCases[static_cast<std::size_t>(i)], "", false});
   return type;
 }
@@ -112,8 +113,9 @@ class TreeReader {
     if (nodes.size() != 1)
       error(element.at, Code::kWrongSize, fmt::format("{} nodes in the tree '{}'", nodes.size(), name),
             "Give it one, such as a Sequence");
-    if (file_.trees.contains(name)) return error(element.at, Code::kDuplicate, fmt::format("a second tree '{}'", name),
-                                                 "Give each tree an ID of its own");
+    if (file_.trees.contains(name))
+      return error(element.at, Code::kDuplicate, fmt::format("a second tree '{}'", name),
+                   "Give each tree an ID of its own");
     file_.trees[name] = nodes.empty() ? TreeNodeSpec{} : std::move(nodes.front());
   }
 
@@ -123,7 +125,8 @@ class TreeReader {
       if (child.element) {
         children.push_back(read_node(*child.element, depth));
       } else if (child.text.find_first_not_of(" \t\r\n") != std::string::npos) {
-        error(element.at, Code::kSyntax, fmt::format("a text in <{}>", element.name), "Remove it, or make it a comment");
+        error(element.at, Code::kSyntax, fmt::format("a text in <{}>", element.name),
+              "Remove it, or make it a comment");
       }
     }
     return children;
@@ -244,7 +247,8 @@ class TreeReader {
     if (file_.main.empty()) {
       error(at, Code::kMissing, fmt::format("one of {} trees", names.size()), "Give main_tree_to_execute=\"NAME\"");
     } else {
-      error(at, Code::kUnknownName, fmt::format("there is no tree '{}'", file_.main), nearest_choice(file_.main, names));
+      error(at, Code::kUnknownName, fmt::format("there is no tree '{}'", file_.main),
+            nearest_choice(file_.main, names));
     }
   }
 

@@ -229,7 +229,9 @@ Result<TreeValue> wrong_types(const std::string& kind, const TreeValue& a, const
 
 Result<TreeValue> compare(const std::string& kind, const TreeValue& a, const TreeValue& b) {
   if (a.is_number() != b.is_number()) return wrong_types(kind, a, b);
-  const auto order = a.is_number() ? (a.number() < b.number() ? -1 : a.number() > b.number() ? 1 : 0)
+  const auto order = a.is_number() ? (a.number() < b.number()   ? -1
+                                      : a.number() > b.number() ? 1
+                                                                : 0)
                                    : a.text().compare(b.text());
   const bool holds = kind == "=="   ? order == 0
                      : kind == "!=" ? order != 0
@@ -264,7 +266,8 @@ Result<TreeValue> assign(const ScriptNode& node, TreeVariables& variables) {
     return script_error(Code::kUnknownName, fmt::format("there is no entry '{}'", node.name),
                         fmt::format("Declare it by '{} := ...'", node.name));
   if (has && known->is_number() != value->is_number())
-    return script_error(Code::kWrongType, fmt::format("'{}' is a {}", node.name, known->is_number() ? "number" : "text"),
+    return script_error(Code::kWrongType,
+                        fmt::format("'{}' is a {}", node.name, known->is_number() ? "number" : "text"),
                         "Keep the type of an entry");
   if (node.kind.size() == 2 && node.kind != ":=") {
     value = calculate(node.kind.substr(0, 1), *known, *value);
@@ -297,7 +300,8 @@ Result<TreeValue> evaluate(const ScriptNode& node, TreeVariables& variables) {
     if (!second) return wrong_types(node.kind, *a, *b);
     return TreeValue{*second ? 1.0 : 0.0};
   }
-  if (node.kind == "unary -") return a->is_number() ? Result<TreeValue>(TreeValue{-a->number()}) : wrong_types("-", *a, *a);
+  if (node.kind == "unary -")
+    return a->is_number() ? Result<TreeValue>(TreeValue{-a->number()}) : wrong_types("-", *a, *a);
   if (node.kind == "unary ~") return calculate("^", *a, TreeValue{-1.0});
   const auto b = evaluate(*node.inputs[1], variables);
   if (!b) return b;
@@ -319,7 +323,8 @@ TreeValue TreeValue::of_text(std::string_view text) {
   if (text == "true" || text == "false") return {text == "true" ? 1.0 : 0.0};
   double number = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (!text.empty() && error == std::errc() && end == text.data() + text.size() && std::isfinite(number)) return {number};
+  if (!text.empty() && error == std::errc() && end == text.data() + text.size() && std::isfinite(number))
+    return {number};
   return {std::string(text)};
 }
 

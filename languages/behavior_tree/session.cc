@@ -46,7 +46,8 @@ const TreeValue* TreeBoard::find(const std::string& name) const {
 }
 
 void TreeBoard::set(const std::string& name, TreeValue value) {
-  if (is_outermost(name)) return around_ != nullptr ? around_->set(name, std::move(value)) : set(name.substr(1), std::move(value));
+  if (is_outermost(name))
+    return around_ != nullptr ? around_->set(name, std::move(value)) : set(name.substr(1), std::move(value));
   if (around_ != nullptr && !own_.contains(name)) {
     if (const auto outside = remapped_.find(name); outside != remapped_.end())
       return around_->set(outside->second, std::move(value));
@@ -197,7 +198,7 @@ class TreeSession::Node {
         return Status::kSkipped;
       }
       if (!*holds) continue;
-      return what == TreePre::kFailureIf ? Status::kFailure
+      return what == TreePre::kFailureIf   ? Status::kFailure
              : what == TreePre::kSuccessIf ? Status::kSuccess
                                            : Status::kSkipped;
     }
@@ -217,8 +218,8 @@ using Node = TreeSession::Node;
 
 bool is_over(Status status) { return status == Status::kSuccess || status == Status::kFailure; }
 
-/// Sequence and Fallback, and the sequence that stays where it failed. Some give the tick back after a child that took no
-/// time, so that what is around them may look again.
+/// Sequence and Fallback, and the sequence that stays where it failed. Some give the tick back after a child that took
+/// no time, so that what is around them may look again.
 class InOrder final : public Node {
  public:
   /// @param goes_on  with which the next child is ticked
@@ -307,7 +308,8 @@ class Parallel final : public Node {
   std::int64_t threshold(std::string_view port) {
     const auto size = static_cast<std::int64_t>(count());
     const std::int64_t given = whole(port);
-    if (given > size) fail(Code::kOutOfRange, fmt::format("'{}' is {} of {} children", port, given, size), "Decrease it");
+    if (given > size)
+      fail(Code::kOutOfRange, fmt::format("'{}' is {} of {} children", port, given, size), "Decrease it");
     return given < 0 ? std::max<std::int64_t>(size + given + 1, 0) : given;
   }
   Status tick() override { return all_ ? tick_all() : tick_some(); }
@@ -486,7 +488,8 @@ class Renaming final : public Decorator {
   Status success_, failure_;
 };
 
-/// Repeat and RetryUntilSuccessful: again after one end, as often as it may. A round that took no time gives the tick back.
+/// Repeat and RetryUntilSuccessful: again after one end, as often as it may. A round that took no time gives the tick
+/// back.
 class Again final : public Decorator {
  public:
   Again(const TreeNodeSpec& spec, TreeBoard& board, TreeSession::Shared& shared, Status again, std::string_view port)

@@ -54,8 +54,8 @@ class TreeLeaves {
   virtual void halt(std::size_t number, const TreeLeaf& leaf) = 0;
 };
 
-/// A tree while it runs: it is ticked, by the rules of BehaviorTree.CPP 4 (docs/behavior-trees.md). Deterministic: time is an
-/// input. Thread: one.
+/// A tree while it runs: it is ticked, by the rules of BehaviorTree.CPP 4 (docs/behavior-trees.md). Deterministic: time
+/// is an input. Thread: one.
 class TreeSession {
  public:
   /// The file must outlive it.
@@ -85,6 +85,7 @@ class TreeSession {
 };
 
 /// A port's value now; nothing: an entry that is not set, or none given. A fallback of its type counts.
-[[nodiscard]] std::optional<TreeValue> port_value(const TreeNodeSpec& node, std::string_view port, const TreeBoard& board);
+[[nodiscard]] std::optional<TreeValue> port_value(const TreeNodeSpec& node, std::string_view port,
+                                                  const TreeBoard& board);
 
 }  // namespace takt::languages

@@ -9,6 +9,7 @@ namespace takt::test {
 namespace {
 
 constexpr double kPeriod = 1e-3;
+const nlohmann::ordered_json kShort = {{"start_timeout", 0.2}};
 
 /// The primitive with a path clock behind it, and a process that runs some cycles after it is wanted.
 class Loop {
@@ -76,7 +77,7 @@ TEST(ProcessOnPath, ThePathBeginsInTheCycleInWhichTheProcessRuns) {
 }
 
 TEST(ProcessOnPath, AProcessThatDoesNotStartEndsIt) {
-  Loop loop({{"start_timeout", 0.2}});
+  Loop loop(kShort);
   loop.lost = true;
   EXPECT_NEAR(loop.until_done(), 202, 2);
   EXPECT_TRUE(loop.flag("not_started"));
@@ -86,7 +87,7 @@ TEST(ProcessOnPath, AProcessThatDoesNotStartEndsIt) {
 }
 
 TEST(ProcessOnPath, ALostProcessStopsThePathInTheSameCycle) {
-  Loop loop({{"start_timeout", 0.2}});
+  Loop loop(kShort);
   loop.steps(300);
   loop.lost = true;
   loop.step();
@@ -151,7 +152,7 @@ TEST(ProcessOnPath, ACancelBrakesWithItAndFinishes) {
 }
 
 TEST(ProcessOnPath, NothingStartsInABreakOrAfterACancel) {
-  Loop held({{"start_timeout", 0.2}});
+  Loop held(kShort);
   held.speed = 0.0;
   held.steps(500);
   EXPECT_FALSE(held.process());
@@ -179,7 +180,9 @@ TEST(ProcessOnPath, RandomEventsLeaveItOffAndThePathWithoutGaps) {
       loop.step();
       if (loop.tau() > before && loop.rate() == 1.0) {
         ASSERT_TRUE(loop.running()) << seed;
-        if (!was_running) ASSERT_LE(before, reached + 1e-9) << seed << ": a gap";
+        if (!was_running) {
+          ASSERT_LE(before, reached + 1e-9) << seed << ": a gap";
+        }
         was_running = true;
         reached = std::max(reached, loop.tau());
       } else {

@@ -1,8 +1,9 @@
 // Ticks trees whose leaves do what their patterns say, and prints what happened: for behavior_tree_oracle.py.
 //
-// Input, a document per line: {"xml": TEXT, "ticks": N, "leaves": {NAME: ["2S", "0F", ...]}, "entries": {NAME: NUMBER OR TEXT}}.
-// The k-th start of a leaf of a name follows the k-th pattern, cyclically: how many ticks it runs, and how it ends.
-// Output, a line each: {"ticks": [[STATUS, EVENT, ...], ...], "entries": {NAME: NUMBER OR TEXT}}, or {"error": TEXT}.
+// Input, a document per line: {"xml": TEXT, "ticks": N, "leaves": {NAME: ["2S", "0F", ...]}, "entries": {NAME: NUMBER
+// OR TEXT}}. The k-th start of a leaf of a name follows the k-th pattern, cyclically: how many ticks it runs, and how
+// it ends. Output, a line each: {"ticks": [[STATUS, EVENT, ...], ...], "entries": {NAME: NUMBER OR TEXT}}, or {"error":
+// TEXT}.
 #include <iostream>
 #include <map>
 #include <string>
@@ -54,7 +55,7 @@ Json trace(const Json& task) {
   if (!file) return {{"error", file.error().to_string()}};
   PatternLeaves leaves(task.at("leaves"));
   TreeSession session(**file, leaves);
-  for (const auto& [name, value] : task.at("entries").items()) 
+  for (const auto& [name, value] : task.at("entries").items())
     session.board().set(name, value.is_string() ? TreeValue{value.get<std::string>()} : TreeValue{value.get<double>()});
   Json ticks = Json::array();
   for (int i = 0; i < task.at("ticks").get<int>(); ++i) {
