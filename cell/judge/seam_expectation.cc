@@ -162,14 +162,13 @@ class SeamExpectation final : public Expectation {
     if (!spot.gas) without_gas_ += period_;
     if (!spot.wire) without_wire_ += period_;
     if (before_) {
-      const double step = std::abs(foot.along - *before_);
-      cover(std::min(foot.along, *before_), std::max(foot.along, *before_));
-      if (step > kMoves_m_s * period_) {
-        way_ += step;
+      cover(std::min(foot.along, before_->along), std::max(foot.along, before_->along));
+      if ((p_O - before_->p_O).norm() > kMoves_m_s * period_) {  // not while a crater is filled
+        way_ += foot.along - before_->along;                     // a swing is no way
         time_ += period_;
       }
     }
-    before_ = foot.along;
+    before_ = {p_O, foot.along};
   }
   void forget() { before_.reset(); }
   void cover(double from, double to) {
@@ -187,7 +186,11 @@ class SeamExpectation final : public Expectation {
   std::optional<Line> line_;
   std::vector<const Torch*> torches_;
   std::vector<bool> done_;
-  std::optional<double> before_;  ///< m along the line, in the cycle before
+  struct Place {
+    Vector3d p_O = Vector3d::Zero();
+    double along = 0.0;  ///< m
+  };
+  std::optional<Place> before_;  ///< in the cycle before
   double farthest_ = 0.0, way_ = 0.0, time_ = 0.0, without_gas_ = 0.0, without_wire_ = 0.0, period_ = 0.0;
 };
 

@@ -26,9 +26,9 @@ constexpr double kApartAngle = 0.0175, kApart = 0.01;  ///< rad, m
 constexpr std::array<std::array<float, 3>, 4> kColours = {
     {{0.34F, 0.71F, 0.91F}, {0.90F, 0.60F, 0.0F}, {0.0F, 0.62F, 0.45F}, {0.94F, 0.89F, 0.26F}}};
 constexpr std::array<float, 4> kForceColour = {0.84F, 0.37F, 0.0F, 1};
-constexpr double kBead = 0.4e-3;                            ///< m, between two beads
-constexpr float kBeadRadius = 2.2e-3F, kArcRadius = 3e-3F;  ///< m
-constexpr double kCooling = 3.0;                            ///< s, in which a bead grows dark
+constexpr double kBead = 0.4e-3;                          ///< m, between two beads
+constexpr float kBeadRadius = 3e-3F, kArcRadius = 3e-3F;  ///< m
+constexpr double kCooling = 3.0;                          ///< s, in which a bead grows dark
 constexpr int kSparks = 7;
 constexpr std::array<float, 4> kBeamColour = {1.0F, 0.12F, 0.12F, 0.6F};
 

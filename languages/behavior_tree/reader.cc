@@ -9,15 +9,13 @@
 namespace takt::languages {
 namespace {
 
-using Kind = TreeNodeKind;
-
 constexpr int kMany = 1000;
 constexpr std::size_t kMostNodes = 20'000;  // with all subtrees written out
 constexpr std::array<std::string_view, 4> kPreNames = {"_failureIf", "_successIf", "_skipIf", "_while"};
 constexpr std::array<std::string_view, 4> kPostNames = {"_onHalted", "_onFailure", "_onSuccess", "_post"};
 
 TreeNodeType switch_of(std::string_view name) {
-  TreeNodeType type{name, Kind::kSwitch, 0, 0, {{"variable", "", false}}};
+  TreeNodeType type{name, TreeNodeKind::kSwitch, 0, 0, {{"variable", "", false}}};
   const int cases = name.back() - '0';
   type.min_children = type.max_children = cases + 1;
   static constexpr std::array<std::string_view, 6> kCases = {"case_1", "case_2", "case_3",
@@ -28,38 +26,38 @@ TreeNodeType switch_of(std::string_view name) {
 
 const std::vector<TreeNodeType>& node_types() {
   static const std::vector<TreeNodeType> types{
-      {"Sequence", Kind::kSequence, 1, kMany, {}},
-      {"AsyncSequence", Kind::kSequence, 1, kMany, {}},
-      {"ReactiveSequence", Kind::kReactiveSequence, 1, kMany, {}},
-      {"SequenceWithMemory", Kind::kSequenceWithMemory, 1, kMany, {}},
-      {"Fallback", Kind::kFallback, 1, kMany, {}},
-      {"AsyncFallback", Kind::kFallback, 1, kMany, {}},
-      {"ReactiveFallback", Kind::kReactiveFallback, 1, kMany, {}},
-      {"Parallel", Kind::kParallel, 1, kMany, {{"success_count", "-1"}, {"failure_count", "1"}}},
-      {"ParallelAll", Kind::kParallelAll, 1, kMany, {{"max_failures", "1"}}},
-      {"IfThenElse", Kind::kIfThenElse, 2, 3, {}},
-      {"WhileDoElse", Kind::kWhileDoElse, 2, 3, {}},
+      {"Sequence", TreeNodeKind::kSequence, 1, kMany, {}},
+      {"AsyncSequence", TreeNodeKind::kSequence, 1, kMany, {}},
+      {"ReactiveSequence", TreeNodeKind::kReactiveSequence, 1, kMany, {}},
+      {"SequenceWithMemory", TreeNodeKind::kSequenceWithMemory, 1, kMany, {}},
+      {"Fallback", TreeNodeKind::kFallback, 1, kMany, {}},
+      {"AsyncFallback", TreeNodeKind::kFallback, 1, kMany, {}},
+      {"ReactiveFallback", TreeNodeKind::kReactiveFallback, 1, kMany, {}},
+      {"Parallel", TreeNodeKind::kParallel, 1, kMany, {{"success_count", "-1"}, {"failure_count", "1"}}},
+      {"ParallelAll", TreeNodeKind::kParallelAll, 1, kMany, {{"max_failures", "1"}}},
+      {"IfThenElse", TreeNodeKind::kIfThenElse, 2, 3, {}},
+      {"WhileDoElse", TreeNodeKind::kWhileDoElse, 2, 3, {}},
       switch_of("Switch2"),
       switch_of("Switch3"),
       switch_of("Switch4"),
       switch_of("Switch5"),
       switch_of("Switch6"),
-      {"Inverter", Kind::kInverter, 1, 1, {}},
-      {"ForceSuccess", Kind::kForceSuccess, 1, 1, {}},
-      {"ForceFailure", Kind::kForceFailure, 1, 1, {}},
-      {"Repeat", Kind::kRepeat, 1, 1, {{"num_cycles", ""}}},
-      {"RetryUntilSuccessful", Kind::kRetry, 1, 1, {{"num_attempts", ""}}},
-      {"KeepRunningUntilFailure", Kind::kKeepRunningUntilFailure, 1, 1, {}},
-      {"Delay", Kind::kDelay, 1, 1, {{"delay_msec", ""}}},
-      {"Timeout", Kind::kTimeout, 1, 1, {{"msec", ""}}},
-      {"RunOnce", Kind::kRunOnce, 1, 1, {{"then_skip", "true"}}},
-      {"SubTree", Kind::kSubTree, 0, 0, {}},
-      {"AlwaysSuccess", Kind::kAlwaysSuccess, 0, 0, {}},
-      {"AlwaysFailure", Kind::kAlwaysFailure, 0, 0, {}},
-      {"Script", Kind::kScript, 0, 0, {{"code", "", false}}},
-      {"ScriptCondition", Kind::kScriptCondition, 0, 0, {{"code", "", false}}},
-      {"SetBlackboard", Kind::kSetBlackboard, 0, 0, {{"value", "", false}, {"output_key", "", false}}},
-      {"Sleep", Kind::kSleep, 0, 0, {{"msec", ""}}}};
+      {"Inverter", TreeNodeKind::kInverter, 1, 1, {}},
+      {"ForceSuccess", TreeNodeKind::kForceSuccess, 1, 1, {}},
+      {"ForceFailure", TreeNodeKind::kForceFailure, 1, 1, {}},
+      {"Repeat", TreeNodeKind::kRepeat, 1, 1, {{"num_cycles", ""}}},
+      {"RetryUntilSuccessful", TreeNodeKind::kRetry, 1, 1, {{"num_attempts", ""}}},
+      {"KeepRunningUntilFailure", TreeNodeKind::kKeepRunningUntilFailure, 1, 1, {}},
+      {"Delay", TreeNodeKind::kDelay, 1, 1, {{"delay_msec", ""}}},
+      {"Timeout", TreeNodeKind::kTimeout, 1, 1, {{"msec", ""}}},
+      {"RunOnce", TreeNodeKind::kRunOnce, 1, 1, {{"then_skip", "true"}}},
+      {"SubTree", TreeNodeKind::kSubTree, 0, 0, {}},
+      {"AlwaysSuccess", TreeNodeKind::kAlwaysSuccess, 0, 0, {}},
+      {"AlwaysFailure", TreeNodeKind::kAlwaysFailure, 0, 0, {}},
+      {"Script", TreeNodeKind::kScript, 0, 0, {{"code", "", false}}},
+      {"ScriptCondition", TreeNodeKind::kScriptCondition, 0, 0, {{"code", "", false}}},
+      {"SetBlackboard", TreeNodeKind::kSetBlackboard, 0, 0, {{"value", "", false}, {"output_key", "", false}}},
+      {"Sleep", TreeNodeKind::kSleep, 0, 0, {{"msec", ""}}}};
   return types;
 }
 
@@ -147,15 +145,15 @@ class TreeReader {
       }
     }
     const TreeNodeType* type = tree_node_type(element.name == "SubTree" ? "SubTree" : node.type);
-    if (element.name != "SubTree" && type != nullptr && type->kind == Kind::kSubTree) type = nullptr;
+    if (element.name != "SubTree" && type != nullptr && type->kind == TreeNodeKind::kSubTree) type = nullptr;
     if (type != nullptr) node.kind = type->kind;
-    if (type != nullptr && node.kind == Kind::kSwitch) node.cases = type->max_children - 1;
+    if (type != nullptr && node.kind == TreeNodeKind::kSwitch) node.cases = type->max_children - 1;
     node.name = node.type;
     read_attributes(element, type, with_id, node);
     node.children = read_children(element, depth + 1);
     check_children(element, type, node);
     if (type != nullptr) check_ports(element, *type, node);
-    if (node.kind == Kind::kScript || node.kind == Kind::kScriptCondition) {
+    if (node.kind == TreeNodeKind::kScript || node.kind == TreeNodeKind::kScriptCondition) {
       if (const TreePort* code = node.port("code")) node.script = script(code->text, code->at);
     }
     return node;
@@ -166,10 +164,10 @@ class TreeReader {
       if (one.name == "ID" && with_id) continue;
       if (one.name == "name") {
         node.name = one.value;
-        if (type != nullptr || node.kind != Kind::kLeaf) continue;
+        if (type != nullptr || node.kind != TreeNodeKind::kLeaf) continue;
       }
       if (one.name == "_description" || one.name == "_uid" || one.name == "_fullpath") continue;
-      if (one.name == "_autoremap" && node.kind == Kind::kSubTree) {
+      if (one.name == "_autoremap" && node.kind == TreeNodeKind::kSubTree) {
         node.autoremap = one.value == "true" || one.value == "1";
         continue;
       }
@@ -181,7 +179,7 @@ class TreeReader {
               nearest_choice(one.name, known));
         continue;
       }
-      if (type != nullptr && node.kind != Kind::kSubTree &&
+      if (type != nullptr && node.kind != TreeNodeKind::kSubTree &&
           std::ranges::find(type->ports, one.name, &TreeNodeType::Port::name) == type->ports.end()) {
         std::vector<std::string> known;
         for (const auto& port : type->ports) known.emplace_back(port.name);
@@ -253,7 +251,7 @@ class TreeReader {
   }
 
   void check_subtrees(const TreeNodeSpec& node) {
-    if (node.kind == Kind::kSubTree && !file_.trees.contains(node.type)) {
+    if (node.kind == TreeNodeKind::kSubTree && !file_.trees.contains(node.type)) {
       std::vector<std::string> names;
       for (const auto& [id, tree] : file_.trees) names.push_back(id);
       error(node.at, Code::kUnknownName, fmt::format("there is no tree '{}'", node.type),
@@ -271,7 +269,7 @@ class TreeReader {
       open.push_back(id);
       const auto count = [&](const auto& again, const TreeNodeSpec& node) -> std::size_t {
         std::size_t size = 1;
-        if (node.kind == Kind::kSubTree) {
+        if (node.kind == TreeNodeKind::kSubTree) {
           if (std::ranges::find(open, node.type) != open.end()) {
             error(node.at, Code::kConflict, fmt::format("the tree '{}' contains itself", node.type),
                   "Use Repeat or RetryUntilSuccessful for what is done again");
@@ -304,7 +302,7 @@ const TreeNodeType* tree_node_type(std::string_view name) {
 }
 
 const TreeNodeType& type_of(const TreeNodeSpec& node) {
-  return *tree_node_type(node.kind == Kind::kSubTree ? "SubTree" : node.type);
+  return *tree_node_type(node.kind == TreeNodeKind::kSubTree ? "SubTree" : node.type);
 }
 
 Result<std::shared_ptr<const TreeFile>> read_trees(std::string_view xml, const std::string& main) {

@@ -43,12 +43,12 @@ class TreeVariables {
 class TreeScript {
  public:
   struct Node;
-  /// @return the script; or what is wrong with it, with the column in `column` from 0.
+  /// @return the script; or what is wrong with it, with the number of the character
   [[nodiscard]] static Result<TreeScript> parse(std::string_view text);
 
   /// Its last statement's value. @return nothing, with the reason, where a name is unknown or types do not fit
   [[nodiscard]] Result<TreeValue> run(TreeVariables& variables) const;
-  /// Names that it reads before it sets them, and those that it declares.
+  /// It says nothing.
   [[nodiscard]] bool empty() const { return statements_.empty(); }
 
  private:

@@ -99,7 +99,8 @@ std::vector<TorchPose> torch_poses(const std::vector<LinePoint>& points, const T
     TorchPose pose;
     pose.X_BT.linear() << x_B, z_B.cross(x_B), z_B;
     pose.X_BT.translation() = point.position - angles.stick_out * z_B;
-    if (point.via) pose.p_via = *point.via - angles.stick_out * torch_axis(point.inward, in, angles);
+    // The tool turns evenly from the pose before to this one.
+    if (point.via && i > 0) pose.p_via = *point.via - angles.stick_out * middle(poses.back().X_BT.linear().col(2), z_B);
     pose.across_T = pose.X_BT.linear().transpose() * across(z_B, in);
     poses.push_back(pose);
   }

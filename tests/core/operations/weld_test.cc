@@ -76,7 +76,8 @@ class WeldTest : public test::CommandStepTest {
   }
 
   static std::string weld(const std::string& more = "") {
-    return R"({"do": "weld", "name": "seam", "workpiece": "block", "line": "edge", "travel_m_s": 0.02, "stick_out_m": 0.015,
+    return R"({"do": "weld", "name": "seam", "workpiece": "block", "line": "edge", "travel_m_s": 0.02,
+               "stick_out_m": 0.015,
                "preflow_s": 0.2, "crater_s": 0.1, "postflow_s": 0.3, "ignition_timeout_s": 0.4, "retract_m": 0.03,
                "overlap_m": 0.004)" +
            more + "}";

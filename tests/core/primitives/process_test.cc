@@ -8,7 +8,7 @@
 namespace takt::test {
 namespace {
 
-constexpr double kPeriod = 1e-3;
+constexpr double kCycle_s = 1e-3;
 const nlohmann::ordered_json kShort = {{"start_timeout", 0.2}};
 
 /// The primitive with a path clock behind it, and a process that runs some cycles after it is wanted.
@@ -28,7 +28,7 @@ class Loop {
     primitive_.set("running", running_).set("cancel", cancel).set("speed", speed);
     primitive_.set("time", clock_.state().tau).set("at_end", clock_.at_end()).set("standstill", clock_.at_rest());
     primitive_.step();
-    clock_.update(rate(), kPeriod);
+    clock_.update(rate(), kCycle_s);
   }
   void steps(int count) {
     for (int i = 0; i < count; ++i) step();
@@ -64,7 +64,7 @@ TEST(ProcessOnPath, ThePathBeginsInTheCycleInWhichTheProcessRuns) {
     loop.step();
   }
   EXPECT_EQ(loop.rate(), 1.0);
-  EXPECT_NEAR(loop.tau(), kPeriod, 1e-12) << "with the planned rate at once";
+  EXPECT_NEAR(loop.tau(), kCycle_s, 1e-12) << "with the planned rate at once";
   loop.steps(999);
   EXPECT_TRUE(loop.at_end());
   loop.steps(99);
@@ -112,7 +112,7 @@ TEST(ProcessOnPath, ABreakPutsItOutAndItStartsAgainWithAnOverlap) {
   EXPECT_GT(loop.tau(), mark);
   loop.speed = 0.3;
   while (!loop.running() && !loop.done()) loop.step();
-  EXPECT_LE(loop.tau(), mark - 0.05 + 2 * kPeriod);
+  EXPECT_LE(loop.tau(), mark - 0.05 + 2 * kCycle_s);
   EXPECT_GT(loop.tau(), mark - 0.05 - 0.05) << "no farther back than it takes to brake";
   EXPECT_EQ(loop.rate(), 1.0) << "an override does not change the speed of a process";
   EXPECT_EQ(loop.starts(), 2);
