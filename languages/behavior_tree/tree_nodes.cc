@@ -298,7 +298,11 @@ class Again final : public Decorator {
     while (again) {
       const bool was_idle = child().status() == TreeStatus::kIdle;
       const TreeStatus status = child().execute();
-      if (status == TreeStatus::kRunning || status == TreeStatus::kSkipped) return status;
+      if (status == TreeStatus::kRunning) return status;
+      if (status == TreeStatus::kSkipped) {  // it may be skipped again, which does not count as a round
+        halt_child(0);
+        return status;
+      }
       if (status != again_) {
         done_ = 0;
         halt_child(0);

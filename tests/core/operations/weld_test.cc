@@ -54,7 +54,12 @@ struct FakeTorch {
   [[nodiscard]] bool burns() const { return established->sample.value; }
 };
 
-class WeldTest : public test::CommandStepTest {
+/// There before the cell to which it is added.
+struct WithTorch {
+  FakeTorch torch;
+};
+
+class WeldTest : protected WithTorch, public test::CommandStepTest {
  protected:
   WeldTest() : test::CommandStepTest([this](test::CommandCell& own) { torch.add_to(own); }) {
     cell.run_cycle = [this, one = cell.run_cycle] {
@@ -125,7 +130,6 @@ class WeldTest : public test::CommandStepTest {
     return gap;
   }
 
-  FakeTorch torch;
   std::vector<Note> notes;
 };
 
