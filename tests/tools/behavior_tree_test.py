@@ -36,7 +36,11 @@ class Tree(unittest.TestCase):
         lines = {(one["code"], one["line"]) for one in report["diagnostics"] if one["severity"] == "error"}
         for expected in (("unknown-name", 5), ("unsupported", 7)):
             self.assertIn(expected, lines)
-        self.assertTrue({4, 6, 8} <= {line for _, line in lines}, lines)
+        self.assertTrue({6, 8} <= {line for _, line in lines}, lines)
+
+    def test_a_value_of_the_wrong_type_is_found_before_anything_moves(self):
+        status, report = self.run_tree('<Sequence>\n<over place="x"/>\n</Sequence>')
+        self.assertEqual((status, {one["line"] for one in report["diagnostics"] if one["severity"] == "error"}), (2, {4}), report)
 
     def test_a_leaf_that_is_halted_brakes_before_the_next_one_begins(self):
         body = ('<Sequence><over place="-0.08"/><ForceSuccess><Timeout msec="300"><over place="0.08"/></Timeout></ForceSuccess>'
