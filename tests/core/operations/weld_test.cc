@@ -70,12 +70,12 @@ class WeldTest : protected WithTorch, public test::CommandStepTest {
     add_line("edge", {{0.0, -0.03, 0.0}, {0.0, 0.02, 0.0}, {0.03, 0.02, 0.0}});
   }
 
-  /// Frames of a line on the top of the block, z down.
+  /// Frames of a line on the top of the block, with the torch as it is held at the start.
   void add_line(const std::string& line, const std::vector<Eigen::Vector3d>& points) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
       X.translation() = points[i] + Eigen::Vector3d(0.0, 0.0, 0.025);
-      X.linear() << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+      X.linear() = (cell.cell.frames.pose("block")->inverse() * cell.tool_in_world(cell.q())).linear();
       EXPECT_TRUE(cell.cell.frames.add(fmt::format("block/{}/{}", line, i + 1), "block", X).empty());
     }
   }
