@@ -6,7 +6,7 @@
 
 #include "core/activity/runtime.h"
 #include "core/base/random.h"
-#include "core/command/mapping.h"
+#include "core/operations/process/weld.h"
 #include "tests/core/activity/command_fixture.h"
 #include "tests/support/random_runs.h"
 #include "tests/support/reports.h"
@@ -298,6 +298,18 @@ TEST_F(WeldTest, BadInputIsRefusedAtOnce) {
   EXPECT_THAT(several, Reports(Code::kMissing, "/program", {"line"}));
   EXPECT_THAT(several, Reports(Code::kOutOfRange, "/program/travel_m_s"));
   EXPECT_GE(several.list().size(), 5u) << several.to_string();
+}
+
+TEST_F(WeldTest, ProgramsInCppGiveTheSameParameters) {
+  const WeldParameters good{.arm = "arm", .workpiece = "block", .line = "edge", .weave = WeldWeave{.amplitude = 0.001}};
+  const auto accepted = weld_parameters().accept(good, cell.cell);
+  ASSERT_TRUE(accepted) << accepted.error().to_string();
+  EXPECT_EQ(accepted->torch, "torch") << "the only one";
+  const auto refused = weld_parameters().accept(
+      {.arm = "arm", .workpiece = "block", .line = "edge", .travel = -1.0, .restarts = 200}, cell.cell);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error(), Reports(Code::kOutOfRange, "/travel_m_s"));
+  EXPECT_THAT(refused.error(), Reports(Code::kOutOfRange, "/restarts"));
 }
 
 TEST_F(WeldTest, ALineOutOfReachIsRefusedBeforeAnythingMoves) {
