@@ -21,9 +21,11 @@
 #include "core/command/actions/device_action.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/overlay_action.h"
+#include "core/command/actions/process_action.h"
 #include "core/expression/device_sensors.h"
 #include "core/expression/frame_sensors.h"
 #include "core/operations/force/pressing.h"
+#include "core/operations/process/weld.h"
 
 namespace takt::app {
 
@@ -66,6 +68,7 @@ using operations::ReleaseParameters;
 using operations::SearchParameters;
 using operations::SetParameters;
 using operations::UncoupleParameters;
+using operations::WeldParameters;
 
 // Several as one; several beside each other.
 using activity::abort_if;

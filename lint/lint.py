@@ -26,9 +26,9 @@ CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion"
         "core/activity", "core/operations", "core/program/language", "core/program/tree"]
 # Rooms of a layer that is one library, from the bottom up: a room may include those before it.
 ROOMS = {
-    "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "basic"],
+    "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "process", "basic"],
     "sim": ["model", "contact", "machines", "world", "film"],
-    "languages": ["xml", "script", "scxml", "program"],
+    "languages": ["xml", "script", "scxml", "behavior_tree", "program"],
     "cell": ["file", "build", "faults", "judge", "run", "replay"],
 }
 # What still looks upwards. This list only gets shorter.

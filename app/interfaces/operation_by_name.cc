@@ -13,6 +13,7 @@
 #include "core/expression/tool_settings.h"
 #include "core/operations/force/wipe.h"
 #include "core/operations/online/control_mode.h"
+#include "core/operations/process/weld.h"
 #include "core/operations/table/operation.h"
 #include "core/operations/table/step.h"
 
@@ -135,8 +136,9 @@ struct Form {
   std::string_view operation;
   Activity (*make)(Runtime& runtime, const Json& json, const ProgramValues& values);
 };
-constexpr std::array<Form, 13> kForms{{{"press", by_form<operations::PressParameters>},
+constexpr std::array<Form, 14> kForms{{{"press", by_form<operations::PressParameters>},
                                        {"search", by_form<operations::SearchParameters>},
+                                       {"weld", by_form<operations::WeldParameters>},
                                        {"wipe", by_form<operations::WipeParameters>},
                                        {"hold", by_form<operations::HoldParameters>},
                                        {"jog", by_form<operations::JogParameters>},

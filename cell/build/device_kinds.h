@@ -20,6 +20,7 @@ namespace takt::cell {
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_changer_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> tool_side_kind();
+[[nodiscard]] std::unique_ptr<DeviceKind> torch_kind();
 [[nodiscard]] std::unique_ptr<DeviceKind> vacuum_cup_kind();
 
 /// All of them: the one place that lists them.

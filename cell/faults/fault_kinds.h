@@ -13,5 +13,6 @@ namespace takt::cell {
 [[nodiscard]] FaultKind sensor_fault();
 [[nodiscard]] FaultKind stop_fault();
 [[nodiscard]] FaultKind tool_changer_fault();
+[[nodiscard]] FaultKind torch_fault();
 
 }  // namespace takt::cell

@@ -16,7 +16,8 @@ constexpr Range kFaultTime{.low = 0.0, .high = kLongestRun};
 
 KindRegistry<FaultKind>& FaultKind::registry() {
   static KindRegistry<FaultKind> kinds({device_fault(), emergency_stop_fault(), push_fault(), release_fault(),
-                                        reset_fault(), sensor_fault(), stop_fault(), tool_changer_fault()});
+                                        reset_fault(), sensor_fault(), stop_fault(), tool_changer_fault(),
+                                        torch_fault()});
   return kinds;
 }
 

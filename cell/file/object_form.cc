@@ -173,6 +173,79 @@ FormOf<ObjectEntry> form_of_object() {
   return form;
 }
 
+/// A path on the surface of a workpiece, along which something is done: a seam, a bead of glue.
+struct LineEntry {
+  struct Point {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    std::optional<Eigen::Vector3d> inward, via;
+  };
+  Eigen::Vector3d inward = -Eigen::Vector3d::UnitZ();
+  std::vector<Point> points;
+};
+
+const FormOf<LineEntry::Point>& line_point_form() {
+  using Point = LineEntry::Point;
+  static const auto form =
+      FormOf<Point>()
+          .add(vector_key("position_m", "m", "In the object's frame."), &Point::position)
+          .add(vector_key("inward", "", "Direction into the workpiece here; any length but 0.").optional("the line's"),
+               &Point::inward)
+          .add(vector_key("via_m", "m", "An arc leads here, through this point; else a straight line.").optional(),
+               &Point::via);
+  return form;
+}
+
+const FormOf<LineEntry>& line_form() {
+  static const auto form =
+      FormOf<LineEntry>()
+          .add(vector_key("inward", "", "Direction into the workpiece, from where a tool comes; any length but 0.")
+                   .optional("0, 0, -1"),
+               &LineEntry::inward)
+          .add(objects_key("points", 2, line_point_form(), "At least two, in their order."), &LineEntry::points);
+  return form;
+}
+
+/// Frames of the object, "LINE/1" and on: z into the workpiece, x along the beginning of the line; and "LINE/2/via".
+void add_line(const std::string& name, const LineEntry& line, const std::string& pointer, Diagnostics& diagnostics,
+              ObjectEntry& object) {
+  constexpr double kSame_m = 1e-6;
+  for (std::size_t i = 0; i < line.points.size(); ++i) {
+    const LineEntry::Point& point = line.points[i];
+    const std::string at = pointer + "/points" + pointer_segment(i);
+    const Eigen::Vector3d inward = point.inward.value_or(line.inward);
+    if (inward.norm() < kSame_m) {
+      diagnostics.error(Code::kInvalidValue, (point.inward ? at : pointer) + "/inward", "a direction of length 0",
+                        "Choose any other length");
+      return;
+    }
+    if (i > 0 && (point.position - line.points[i - 1].position).norm() < kSame_m) {
+      diagnostics.error(Code::kInvalidValue, at + "/position_m", "the point before is in the same place",
+                        "Give each point a place of its own");
+      return;
+    }
+    if (i == 0 && point.via) {
+      diagnostics.error(Code::kConflict, at + "/via_m", "nothing leads to the first point",
+                        "Remove it, or add the point from which the arc comes");
+    }
+    const Eigen::Vector3d z = inward.normalized();
+    const Eigen::Vector3d begin = line.points.size() > 1
+                                      ? Eigen::Vector3d(line.points[1].position - line.points[0].position)
+                                      : Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d across =
+        z.cross(begin).norm() > kSame_m * begin.norm() ? Eigen::Vector3d(z.cross(begin)) : z.unitOrthogonal();
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.linear().col(1) = across.normalized();
+    X.linear().col(0) = across.normalized().cross(z);
+    X.linear().col(2) = z;
+    X.translation() = point.position;
+    const std::string frame = fmt::format("{}/{}", name, i + 1);
+    object.grasps[frame] = X;
+    if (!point.via) continue;
+    X.translation() = *point.via;
+    object.grasps[frame + "/via"] = X;
+  }
+}
+
 /// What it looks like, and how its surface answers a touch.
 void add_surface(FormOf<ObjectEntry>& form) {
   using Object = ObjectEntry;
@@ -180,6 +253,15 @@ void add_surface(FormOf<ObjectEntry>& form) {
                      "Named frames of the object, such as places to grip it: frames OBJECT/NAME of the cell that move "
                      "with it."),
            &Object::grasps)
+      .add(members_key("lines", kCellName, line_form(),
+                       "Paths on its surface, by name, along which something is done: weld (docs/welding.md). Their "
+                       "points are frames OBJECT/LINE/1 and on, z into the workpiece.")
+               .key.optional(),
+           [](FormReader& from, Object& object) {
+             from.members("lines", [&](const std::string& name, const auto& json, const std::string& pointer) {
+               add_line(name, line_form().read(json, pointer, from.diagnostics()), pointer, from.diagnostics(), object);
+             });
+           })
       .add(numbers_key("rgba", 4, "", {.low = 0, .high = 1}, "Colour: red, green, blue, opacity.").optional("grey"),
            &Object::rgba)
       .add(text_key("material",

@@ -21,6 +21,7 @@ namespace takt::cell {
 [[nodiscard]] ExpectationKind relative_pose_expectation();
 [[nodiscard]] ExpectationKind repeats_expectation();
 [[nodiscard]] ExpectationKind screw_expectation();
+[[nodiscard]] ExpectationKind seam_expectation();
 [[nodiscard]] ExpectationKind signal_expectation();
 [[nodiscard]] ExpectationKind step_expectation();
 [[nodiscard]] ExpectationKind tool_pose_expectation();

@@ -39,7 +39,8 @@ KindRegistry<ExpectationKind>& ExpectationKind::registry() {
        estimate_expectation(),   event_expectation(),         gripper_expectation(),     limits_expectation(),
        mean_force_expectation(), monitor_expectation(),       object_pose_expectation(), order_expectation(),
        peak_force_expectation(), relative_pose_expectation(), repeats_expectation(),     screw_expectation(),
-       signal_expectation(),     step_expectation(),          tool_pose_expectation(),   value_expectation()});
+       seam_expectation(),       signal_expectation(),        step_expectation(),        tool_pose_expectation(),
+       value_expectation()});
   return kinds;
 }
 

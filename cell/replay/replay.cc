@@ -29,14 +29,14 @@ std::unexpected<Diagnostics> unusable(const std::filesystem::path& file, std::st
   return std::unexpected(std::move(diagnostics));
 }
 
-/// The recorded signals that light something, in the order of the world's lamps; empty columns for what is not there.
-std::vector<std::vector<double>> lamp_columns(const record::Recording& recording, const sim::World& world,
-                                              Nanoseconds period) {
-  std::vector<std::vector<double>> columns(world.lamps().size());
+/// The recorded signals of these names; empty columns for what is not there.
+std::vector<std::vector<double>> signal_columns(const record::Recording& recording,
+                                                const std::vector<std::string>& names, Nanoseconds period) {
+  std::vector<std::vector<double>> columns(names.size());
   if (columns.empty()) return columns;
   const auto signals = recording.table_every("/signals", period);
   for (std::size_t i = 0; signals && i < columns.size(); ++i) {
-    const auto found = std::ranges::find(signals->columns, world.lamps()[i]);
+    const auto found = std::ranges::find(signals->columns, names[i]);
     if (found != signals->columns.end())
       columns[i] = signals->values[static_cast<std::size_t>(found - signals->columns.begin())];
   }
@@ -190,7 +190,8 @@ class ReplayFilm {
         show_(show),
         marks_(built, show_),
         recorded_(recording, built, show_, kSecond / options.fps),
-        lamps_(lamp_columns(recording, *built.world, kSecond / options.fps)),
+        lamps_(signal_columns(recording, built.world->lamps(), kSecond / options.fps)),
+        torches_(signal_columns(recording, marks_.torch_signals(), kSecond / options.fps)),
         force_(recording.table_every(device_topic(description.film.force_sensor) + "/contact_wrench",
                                      kSecond / options.fps)),
         ending_(ending_of(recording)),
@@ -241,13 +242,17 @@ class ReplayFilm {
     for (; event_ < events_.size() && events_[event_].time <= time; ++event_) caption_.happened(events_[event_]);
     const bool is_last = row + 1 == states_.time.size();
     const Nanoseconds until = is_last ? time + 1 : states_.time[row + 1];
-    if (row < first_ && time + static_cast<Nanoseconds>(1e9 * std::min(show_.trace_s, 1e6)) < states_.time[first_])
-      return true;
+    const bool looks_back = time + static_cast<Nanoseconds>(1e9 * std::min(show_.trace_s, 1e6)) >= states_.time[first_];
+    if (row < first_ && !looks_back && torches_.empty()) return true;  // a seam stays
     qpos_ = row_of(states_, row);
     const auto contacts = recorded_.contacts(time);
-    marked_ = marks_.at({time, qpos_, recorded_.commanded(time, qpos_), contacts});
-    lit_.clear();
-    for (const auto& lamp : lamps_) lit_.push_back(row < lamp.size() ? lamp[row] : 0.0);
+    const auto now = [row](const std::vector<std::vector<double>>& columns) {
+      std::vector<double> values;
+      for (const auto& column : columns) values.push_back(row < column.size() ? column[row] : 0.0);
+      return values;
+    };
+    marked_ = marks_.at({time, qpos_, recorded_.commanded(time, qpos_), contacts, now(torches_)});
+    lit_ = now(lamps_);
     while (row >= first_ && film.next_time() < until)
       if (!push(film)) return false;
     return true;
@@ -285,7 +290,7 @@ class ReplayFilm {
   FilmShow show_;
   FilmMarks marks_;
   RecordedMarks recorded_;
-  std::vector<std::vector<double>> lamps_;
+  std::vector<std::vector<double>> lamps_, torches_;
   RowCursor force_;
   std::optional<Ending> ending_;
   std::vector<LogEntry> events_;

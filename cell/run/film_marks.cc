@@ -7,6 +7,7 @@
 #include <mujoco/mujoco.h>
 
 #include "core/expression/tool_settings.h"
+#include "sim/machines/torch.h"
 
 namespace takt::cell {
 namespace {
@@ -25,10 +26,47 @@ constexpr double kApartAngle = 0.0175, kApart = 0.01;  ///< rad, m
 constexpr std::array<std::array<float, 3>, 4> kColours = {
     {{0.34F, 0.71F, 0.91F}, {0.90F, 0.60F, 0.0F}, {0.0F, 0.62F, 0.45F}, {0.94F, 0.89F, 0.26F}}};
 constexpr std::array<float, 4> kForceColour = {0.84F, 0.37F, 0.0F, 1};
+constexpr double kBead = 0.4e-3;                          ///< m, between two beads
+constexpr float kBeadRadius = 3e-3F, kArcRadius = 3e-3F;  ///< m
+constexpr double kCooling = 3.0;                          ///< s, in which a bead grows dark
+constexpr int kSparks = 7;
 constexpr std::array<float, 4> kBeamColour = {1.0F, 0.12F, 0.12F, 0.6F};
 
 std::array<float, 3> corner(const Eigen::Vector3d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
+
+/// As hot as it is `age` s after the arc: from yellow to steel.
+std::array<float, 4> bead_colour(double age) {
+  const auto heat = static_cast<float>(std::clamp(1.0 - age / kCooling, 0.0, 1.0));
+  return {0.36F + 0.64F * heat, 0.35F + 0.30F * heat * heat, 0.36F - 0.21F * heat, 1.0F};
+}
+
+/// The same sparks for the same time: a number from 0 to 1.
+double spark(Nanoseconds time, int number, int which) {
+  auto x = static_cast<std::uint64_t>(time / kMillisecond) * 0x9E3779B97F4A7C15U +
+           static_cast<std::uint64_t>(number * 8 + which) * 0xBF58476D1CE4E5B9U;
+  x ^= x >> 31U;
+  x *= 0x94D049BB133111EBU;
+  x ^= x >> 29U;
+  return static_cast<double>(x >> 11U) * 0x1.0p-53;
+}
+
+void add_arc(const Eigen::Vector3d& tip, const Eigen::Vector3d& spot, Nanoseconds time, sim::Marks& marks) {
+  const auto rod = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to, float radius,
+                       std::array<float, 4> colour) {
+    marks.shapes.push_back({.from = corner(from), .to = corner(to), .radius = radius, .rgba = colour, .on_top = true});
+  };
+  const Eigen::Vector3d out = (tip - spot).normalized(), side = out.unitOrthogonal();
+  rod(tip, spot, 0.8e-3F, {0.75F, 0.85F, 1.0F, 1.0F});
+  rod(spot, spot + 0.3 * (tip - spot), kArcRadius, {0.85F, 0.93F, 1.0F, 0.85F});
+  for (int i = 0; i < kSparks; ++i) {
+    const double angle = 2.0 * M_PI * spark(time, i, 0), rise = 0.2 + 0.8 * spark(time, i, 1);
+    const Eigen::Vector3d across = Eigen::AngleAxisd(angle, out) * side;
+    const Eigen::Vector3d way = (across + rise * out).normalized();
+    const double begin = 0.004 + 0.012 * spark(time, i, 2), length = 0.006 + 0.022 * spark(time, i, 3);
+    rod(spot + begin * way, spot + (begin + length) * way, 0.5e-3F, {1.0F, 0.82F, 0.35F, 0.95F});
+  }
 }
 
 int body_number(const mjModel& model, const std::string& name) {
@@ -114,6 +152,12 @@ FilmMarks::FilmMarks(const BuiltCell& built, const FilmShow& show)
     if (const int body = body_number(model_, mount.parent); body >= 0) frames_.push_back({body, mount.X_P});
   for (const sim::SimBeamDescription& beam : built.beams)
     if (const int body = body_number(model_, beam.body); body > 0) beams_.push_back({body, beam.range_max});
+  for (const auto& [name, tool] : built.cell.tools) {
+    const auto* torch = dynamic_cast<const sim::SimTorch*>(built.world->device(name));
+    if (torch == nullptr) continue;
+    torches_.push_back({.body = torch->body(), .X_BT = torch->X_LT()});
+    torch_signals_.push_back(name + "/" + device::torch_terminal::kEstablished);
+  }
 }
 
 void FilmMarks::pose(std::span<const double> qpos) {
@@ -139,6 +183,7 @@ sim::Marks FilmMarks::at(const MarkedState& state) {
   if (show_.traces) add_traces(state.time, marks);
   if (show_.beams) add_beams(marks);
   if (show_.frames) add_frames(marks);
+  add_seams(state, marks);
   if (show_.forces)
     for (const ContactForce& contact : state.contacts) marks.shapes.push_back(arrow_of(contact));
   if (!show_.commanded || state.commanded.empty()) return marks;
@@ -183,6 +228,44 @@ void FilmMarks::add_beams(sim::Marks& marks) const {
     const double length = met >= 0.0 ? std::min(met, beam.range) : beam.range;
     marks.shapes.push_back(
         {.from = corner(at), .to = corner(at + length * along), .radius = kBeamRadius, .rgba = kBeamColour});
+  }
+}
+
+/// A bead where the wire meets a surface, if the last one of this torch is far enough away.
+void FilmMarks::add_bead(Torch& torch, Nanoseconds time, sim::Marks& marks) const {
+  constexpr std::array<mjtByte, mjNGROUP> kStopsLight = {1, 1, 0, 1, 0, 0};
+  const Eigen::Isometry3d X = body_pose(torch.body) * torch.X_BT;
+  const Eigen::Vector3d at = X.translation(), along = X.linear().col(2);
+  int geom = -1;
+  const double met =
+      mj_ray(&model_, data_.get(), at.data(), along.data(), kStopsLight.data(), 1, torch.body, &geom, nullptr);
+  if (met < 0.0 || geom < 0) return;
+  const int body = model_.geom_bodyid[geom];
+  const Eigen::Vector3d spot = at + met * along, p_B = body_pose(body).inverse() * spot;
+  add_arc(at, spot, time, marks);
+  const bool joined = torch.burned && !torch.beads.empty() && torch.beads.back().body == body;
+  if (!joined || (torch.beads.back().p_B - p_B).norm() > kBead)
+    torch.beads.push_back({.body = body, .p_B = p_B, .time = time, .joined = joined});
+  else
+    torch.beads.back().time = time;
+}
+
+void FilmMarks::add_seams(const MarkedState& state, sim::Marks& marks) {
+  for (std::size_t i = 0; i < torches_.size(); ++i) {
+    Torch& torch = torches_[i];
+    const bool burns = i < state.torches.size() && state.torches[i] != 0.0;
+    if (burns) add_bead(torch, state.time, marks);
+    torch.burned = burns;
+    for (std::size_t k = 0; k < torch.beads.size(); ++k) {
+      const Torch::Bead& bead = torch.beads[k];
+      const Eigen::Vector3d to = body_pose(bead.body) * bead.p_B;
+      const Eigen::Vector3d from = bead.joined ? Eigen::Vector3d(body_pose(bead.body) * torch.beads[k - 1].p_B)
+                                               : Eigen::Vector3d(to + Eigen::Vector3d(0.0, 0.0, 1e-4));
+      marks.shapes.push_back({.from = corner(from),
+                              .to = corner(to),
+                              .radius = kBeadRadius,
+                              .rgba = bead_colour(to_seconds(state.time - bead.time))});
+    }
   }
 }
 

@@ -48,14 +48,19 @@ struct MarkedState {
   std::span<const double> qpos;                 ///< of the model
   std::vector<double> commanded = {};           ///< the same with set points in it; empty: not known
   std::span<const ContactForce> contacts = {};  ///< since the state before
+  std::vector<double> torches = {};             ///< in the order of FilmMarks::torch_signals(); not 0: its arc burns
 };
 
-/// What a film shows beside the scene: paths of the tool centre points, beams, forces, frames, commanded machines. The
+/// What a film shows beside the scene: paths of the tool centre points, beams, forces, frames, commanded machines, and
+/// the arcs and seams of torches. The
 /// same from a run and from its recording: it poses the model by itself. Thread: one at a time. Realtime: setup.
 class FilmMarks {
  public:
   /// The cell must outlive it.
   FilmMarks(const BuiltCell& built, const FilmShow& show);
+
+  /// The digital inputs that say whether the arc of a torch burns.
+  [[nodiscard]] const std::vector<std::string>& torch_signals() const { return torch_signals_; }
 
   /// The marks of a state; states come in the order of time.
   [[nodiscard]] sim::Marks at(const MarkedState& state);
@@ -78,6 +83,20 @@ class FilmMarks {
     int body = 0;
     double range = 0.0;  ///< m
   };
+  /// What a torch has left behind: beads in the axes of the body that they are on, each joined to the one before if
+  /// the arc burned all the time.
+  struct Torch {
+    struct Bead {
+      int body = 0;
+      Eigen::Vector3d p_B;
+      Nanoseconds time = 0;
+      bool joined = false;
+    };
+    int body = 0;
+    Eigen::Isometry3d X_BT;
+    std::vector<Bead> beads = {};
+    bool burned = false;
+  };
   struct DataDeleter {
     void operator()(mjData_* data) const;
   };
@@ -87,6 +106,8 @@ class FilmMarks {
   void add_traces(Nanoseconds time, sim::Marks& marks);
   void add_beams(sim::Marks& marks) const;
   void add_frames(sim::Marks& marks) const;
+  void add_seams(const MarkedState& state, sim::Marks& marks);
+  void add_bead(Torch& torch, Nanoseconds time, sim::Marks& marks) const;
 
   FilmShow show_;
   const mjModel_& model_;
@@ -95,6 +116,8 @@ class FilmMarks {
   std::vector<Trace> traces_;
   std::vector<Frame> frames_;
   std::vector<Beam> beams_;
+  std::vector<Torch> torches_;
+  std::vector<std::string> torch_signals_;
 };
 
 }  // namespace takt::cell

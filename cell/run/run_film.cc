@@ -132,7 +132,12 @@ void RunFilm::show_force(const expression::Biases& biases, sim::Overlay& overlay
 sim::Marks RunFilm::marks_now() {
   const auto qpos = positions(built_);
   const auto forces = contacts_.take();
-  return marks_->at({built_.world->time(), qpos, commanded_.now(qpos), forces});
+  std::vector<double> torches;
+  for (const std::string& signal : marks_->torch_signals()) {
+    const auto& input = *built_.cell.digital_inputs.at(signal);
+    torches.push_back(input.has_sample() && input.sample().value ? 1.0 : 0.0);
+  }
+  return marks_->at({built_.world->time(), qpos, commanded_.now(qpos), forces, torches});
 }
 
 /// In lock-step the run waits for the film; in real time a picture that has no room yet comes later.

@@ -339,6 +339,49 @@ class ArmOperations:
         X_FM: pose of the frame that moves, in the flange, 4x4 in m (optional)
         """
     @operation
+    def weld(
+        self, workpiece: str, line: str, *, torch: str | None = ..., travel_m_s: float | None = ...,
+        stick_out_m: float | None = ..., travel_angle_deg: float | None = ..., work_angle_deg: float | None = ...,
+        rotation_deg: float | None = ..., blend_m: float | None = ..., weave: Any | None = ...,
+        preflow_s: float | None = ..., ignition_timeout_s: float | None = ..., crater_s: float | None = ...,
+        postflow_s: float | None = ..., overlap_m: float | None = ..., restarts: int | None = ...,
+        approach_m_s: float | None = ..., retract_m: float | None = ..., abort_if: Until | None = ...,
+        tool: str | None = ..., tcp: str | None = ...
+    ) -> Run:
+        """Welds along a line of a workpiece: gas, ignition, seam, crater, gas, as one command.
+
+        torch: Device with the outputs gas, arc, wire and the input established. (text; default the only one of the
+            cell)
+        workpiece: Object with lines. (name of an object; required)
+        line: Line of the workpiece. (text; required)
+        travel_m_s: Speed along the line, which an override does not scale. (number in m/s, above 0, at most 0.2;
+            default 0.008)
+        stick_out_m: Distance of the tool centre point from the line, along z of the tool. (number in m, at least 0,
+            at most 0.1; default 0.015)
+        travel_angle_deg: Tilt in the direction of travel: above 0 the torch points ahead, below 0 back. (number in
+            deg, at least -60, at most 60; default 0)
+        work_angle_deg: Tilt across the direction of travel. (number in deg, at least -60, at most 60; default 0)
+        rotation_deg: Turn about the axis of the torch; 0: x of the tool is along the beginning of the line. (number
+            in deg, at least -360, at most 360; default 0)
+        blend_m: Distance from a corner at which the next part of the line begins; 0: the torch stops there. (number
+            in m, at least 0, at most 0.1; default 0.004)
+        weave: Swing across the line. (weld_weave; optional)
+        preflow_s: Time of gas before the ignition. (number in s, at least 0, at most 60; default 0.3)
+        ignition_timeout_s: Within which the arc has to burn. (number in s, at least 0, at most 60; default 1)
+        crater_s: Time of the arc at rest at the end. (number in s, at least 0, at most 60; default 0.3)
+        postflow_s: Time of gas after the arc. (number in s, at least 0, at most 60; default 0.5)
+        overlap_m: How far before the place where it went out the arc is lit again. (number in m, at least 0, at most
+            0.1; default 0.005)
+        restarts: How often an arc that was lost is lit again before the step fails. (whole number, at least 0, at
+            most 100; default 0)
+        approach_m_s: Speed to the line and away from it. (number in m/s, above 0, at most 1; default 0.1)
+        retract_m: Distance along the torch, before the line and after it. (number in m, at least 0.001, at most 0.5;
+            default 0.05)
+        abort_if: Ends the seam in order and fails when this becomes true. (condition; optional)
+        tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+        tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+        """
+    @operation
     def wipe(
         self, in_: str, *, sensor: str | None = ..., centre_m: Numbers | None = ..., length_m: float | None = ...,
         width_m: float | None = ..., pitch_m: float | None = ..., velocity_m_s: float | None = ...,

@@ -26,7 +26,7 @@ const char* name_of(World world) {
 }
 
 /// The scenario in which it does.
-enum class Bench { kStands, kTouches, kPushed, kNudged };
+enum class Bench { kStands, kTouches, kPushed, kNudged, kWelds };
 
 struct Row {
   std::string_view kind;
@@ -136,6 +136,10 @@ constexpr Row kRows[] = {
     {"screw", World::kViolated, R"("screw": "screw", "is": "seated")", false},
     {"screw", World::kSensorDead, R"("screw": "screw", "is": "free")", true},
 
+    {"seam", World::kHolds, R"("object": "part", "line": "edge")", true, Bench::kWelds},
+    {"seam", World::kViolated, R"("object": "part", "line": "edge", "length_m": 0.09)", false, Bench::kWelds},
+    {"seam", World::kSensorDead, R"("object": "part", "line": "edge")", false, Bench::kWelds},
+
     {"signal", World::kHolds, R"("signal": "io/button", "is": true, "rises": 1)", true},
     {"signal", World::kViolated, R"("signal": "io/button", "is": false)", false},
     {"signal", World::kSensorDead, R"("signal": "io/button", "rises": 0)", false},
@@ -169,7 +173,8 @@ constexpr Without kWithout[] = {
     {"mean_force", World::kNeverRan},  {"monitor", World::kWindowEmpty},  {"peak_force", World::kWindowEmpty},
     {"peak_force", World::kNeverRan},  {"repeats", World::kWindowEmpty},  {"repeats", World::kNeverRan},
     {"screw", World::kWindowEmpty},    {"screw", World::kNeverRan},       {"signal", World::kWindowEmpty},
-    {"signal", World::kNeverRan},      {"step", World::kWindowEmpty},
+    {"seam", World::kWindowEmpty},     {"seam", World::kNeverRan},        {"signal", World::kNeverRan},
+    {"step", World::kWindowEmpty},
 };
 
 std::string expectation(const Row& row) {
@@ -236,6 +241,20 @@ std::string touching(const std::string& expectations, const std::string& faults,
          faults + R"(], "expectations": [)" + expectations + "]}";
 }
 
+/// A torch welds a line of 40 mm; where its input is silent it does not.
+std::string welding(const std::string& expectations, const std::string& faults, double time_limit) {
+  return R"({"time_limit_s": )" + std::to_string(time_limit) + R"json(, "devices": {
+      "arm": {"model": "ur5"}, "torch": {"model": "torch_mig", "on": "arm"}},
+    "objects": {"part": {"shape": "box", "size_m": [0.2, 0.2, 0.02], "at": {"position_m": [0.55, 0, 0.02]},
+      "lines": {"edge": {"points": [{"position_m": [0, -0.02, 0.01]}, {"position_m": [0, 0.02, 0.01]}]}}}},
+    "program": {"do": "sequence", "steps": [
+      {"do": "ptp", "to": {"in": "part/edge/1", "position_m": [0, 0, -0.1], "rpy_deg": [0, 0, 0]}},
+      {"do": "try", "steps": [{"do": "weld", "workpiece": "part", "line": "edge", "travel_m_s": 0.02}],
+       "on_error": {"steps": []}}]},
+    "faults": [)json" +
+         faults + R"(], "expectations": [)" + expectations + "]}";
+}
+
 /// An arm that stands, and is pushed as options_of() says.
 std::string pushed(const std::string& expectations, const std::string&, double time_limit) {
   return R"({"time_limit_s": )" + std::to_string(time_limit) + R"json(, "devices": {"arm": {"model": "lwr4plus"}},
@@ -244,13 +263,15 @@ std::string pushed(const std::string& expectations, const std::string&, double t
 }
 
 Description bench_of(Bench bench, const std::string& expectations, const std::string& faults, double time_limit = 30) {
-  const auto make = bench == Bench::kTouches ? touching : bench == Bench::kStands ? standing : pushed;
-  Description description =
-      parsed(make(expectations,
-                  bench == Bench::kTouches && !faults.empty() ? R"({"do": "sensor", "at_s": 0, "sensor": "wrist",
-                                                               "fault": "silent"})"
-                                                              : faults,
-                  time_limit));
+  const auto make = bench == Bench::kTouches  ? touching
+                    : bench == Bench::kStands ? standing
+                    : bench == Bench::kWelds  ? welding
+                                              : pushed;
+  const char* const dead = bench == Bench::kWelds
+                               ? R"({"do": "sensor", "at_s": 0, "sensor": "torch/established", "fault": "silent"})"
+                               : R"({"do": "sensor", "at_s": 0, "sensor": "wrist", "fault": "silent"})";
+  const bool of_its_own = (bench == Bench::kTouches || bench == Bench::kWelds) && !faults.empty();
+  Description description = parsed(make(expectations, of_its_own ? dead : faults, time_limit));
   return description;
 }
 
@@ -307,7 +328,7 @@ TEST(VerdictMatrix, OnlyKindsWithoutAWindowAreWithoutItsRows) {
 class VerdictMatrix : public testing::TestWithParam<World> {};
 
 TEST_P(VerdictMatrix, JudgesRightly) {
-  for (const Bench bench : {Bench::kStands, Bench::kTouches, Bench::kPushed, Bench::kNudged}) {
+  for (const Bench bench : {Bench::kStands, Bench::kTouches, Bench::kPushed, Bench::kNudged, Bench::kWelds}) {
     const std::vector<Row> rows = rows_of(GetParam(), bench);
     if (rows.empty()) continue;
     const std::string faults = GetParam() == World::kSensorDead ? kDead : "";

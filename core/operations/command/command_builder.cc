@@ -96,7 +96,10 @@ void CommandBuilder::add(const OperationCommand& request, int parent) {
 
 void CommandBuilder::make(Part& part, BuildContext build) {
   const OperationCommand& request = *part.request;
-  if (!request.follows().empty()) build.progress = progress_of(named(part, request.follows()));
+  if (!request.follows().empty()) {
+    build.progress = progress_of(named(part, request.follows()));
+    build.followed = named(part, request.follows()).made.action;
+  }
   part.made = request.made(build, part.key);
   places_.emplace_back(part.key, request.pointer);
   for (const auto& [theirs, ours] : part.made.places) places_.emplace_back(part.key + theirs, request.pointer + ours);

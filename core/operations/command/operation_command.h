@@ -32,6 +32,7 @@ struct BuildContext {
   const expression::Biases& biases;
   Diagnostics& notes;                                   ///< gets what planners have to say, with pointers of the file
   std::optional<expression::RealSensor> progress = {};  ///< of the command that this one follows()
+  std::optional<command::Action> followed = {};         ///< the same command's action; nothing: it has none
   command::ExternalHandler tell = {};                   ///< gets external effects
   activity::ConcurrentMotions meanwhile = {};           ///< what others do while a `move` is carried out
   std::optional<expression::FingerWidths> widths =

@@ -41,6 +41,7 @@ namespace takt::operations {
   add(transaction) \
   add(uncouple) \
   add(wait) \
+  add(weld) \
   add(wipe)
 // clang-format on
 
