@@ -39,9 +39,9 @@ Api::Api(ServedCell& cell, Access access, PanelFiles page, std::function<void(co
       access_(std::move(access)),
       page_(std::move(page)),
       log_(std::move(log)),
-      streams_(cell, access_, log_, std::move(post),
-               [this](std::function<void()> job) { return work_elsewhere(std::move(job)); }),
       pictures_(cell),
+      streams_(cell, access_, pictures_, log_, std::move(post),
+               [this](std::function<void()> job) { return work_elsewhere(std::move(job)); }),
       scene_(make_scene()) {
   routes_.push_back({.method = "GET",
                      .path = "/v1/openapi.json",
@@ -94,6 +94,12 @@ std::optional<HttpResponse> Api::check_need(const Route& route, Call& call) {
     why.error(Code::kMissing, "Takt-Fence", "a command needs the fence of the lease in the header Takt-Fence",
               "Take the lease with POST /v1/lease, and send its fence");
     return problem(400, "no fence", why);
+  }
+  if (route.need == Need::kHolder && cell_.program() != nullptr) {
+    Diagnostics why;
+    why.error(Code::kConflict, "", "a program commands this cell",
+              "Write its channels, or ask for what /v1/program can do");
+    return problem(409, "the cell is commanded by a program", why);
   }
   if (cell_.lease().renew(call.fence)) return {};
   Diagnostics why;

@@ -116,6 +116,8 @@ class Api {
   // api_streams.cc
   [[nodiscard]] HttpResponse make_scene() const;
   [[nodiscard]] HttpResponse mesh(const Call& call) const;
+  [[nodiscard]] HttpResponse cameras() const;
+  [[nodiscard]] HttpResponse layout() const;
   void picture(const Call& call, const Respond& respond);
 
   /// An answer that was given to a key, or is still to come.
@@ -150,8 +152,8 @@ class Api {
   std::deque<std::string> kept_order_;
   std::deque<std::function<void()>> jobs_;
   std::condition_variable_any wake_;
-  Streams streams_;
   PictureMaker pictures_;
+  Streams streams_;
   HttpResponse scene_;   ///< as the cell was before it ran: a program changes its frames
   std::jthread worker_;  ///< last: it uses what is above
 };

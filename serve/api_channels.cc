@@ -44,8 +44,9 @@ void Api::add_channel_routes() {
                      .path = "/v1/channels/{channel}",
                      .id = "write_channel",
                      .summary = "Writes a channel from outside; the newest value of a cycle counts.",
-                     .need = Need::kHolder,
-                     .body = {{"value", "", "in the form of its type in net files; null: no value"}},
+                     .need = Need::kChannels,
+                     .body = {{"value", "", "in the form of its type in net files; null: no value"},
+                              {"expires_at_cycle", "integer", "refused from this cycle on (default: never)", false, 0}},
                      .answer = {{"written", "boolean", "true"}},
                      .handle = [this](const Call& call, const Respond& respond) { respond(write_channel(call)); }});
 }
@@ -120,11 +121,15 @@ HttpResponse Api::write_channel(const Call& call) {
   if (!json) return json.error();
   ObjectReader reader(*json, "", diagnostics);
   const ValueJson* given = reader.child("value");
+  const auto expires = reader.has("expires_at_cycle")
+                           ? std::optional(reader.integer("expires_at_cycle", {}, Range{.low = 0, .high = 9e15}))
+                           : std::nullopt;
   reader.finish();
   if (given == nullptr) diagnostics.error(Code::kMissing, "/value", "no value", "Give a value, or null");
   std::optional<device::ChannelValue> value;
   if (given != nullptr) diagnostics.append(read_value(*given, found->second->description().type, value), "/value");
   if (diagnostics.has_errors()) return problem(422, "the value cannot be read", diagnostics);
+  if (expires && cell_.core().cycle() >= *expires) return problem(409, "the value comes too late");
   // ARM.speed and the like belong to that arm.
   const std::string owner = name.substr(0, name.find('.'));
   if (cell_.built().cell.arms.contains(owner))

@@ -12,6 +12,8 @@ namespace {
 
 using LeaseJson = nlohmann::ordered_json;
 
+/// In place of a device: one client at a time writes the channels of a program.
+constexpr std::string_view kProgramChannels = "/channels";
 constexpr std::int64_t kMostSilence = 600'000;  // ten minutes at 1 kHz
 
 const std::vector<Field> kLeaseAnswer = {{"fence", "integer", "for the header Takt-Fence; 0: nobody holds the lease"}};
@@ -56,7 +58,8 @@ void Api::add_lease_routes() {
       {.method = "POST",
        .path = "/v1/lease",
        .id = "take_lease",
-       .summary = "Makes this client the holder of devices; what a former one had running comes to rest on its path.",
+       .summary = "Makes this client the holder of devices; what a former one had running comes to rest on its path. "
+                  "Where a program commands the cell the holder writes its channels, and nothing else.",
        .need = Need::kOperator,
        .status = 201,
        .body = {{"cycles", "integer", "of silence, after which everything of this client comes to rest; real time only",
@@ -69,14 +72,14 @@ void Api::add_lease_routes() {
                      .path = "/v1/lease",
                      .id = "renew_lease",
                      .summary = "A sign of life of the holder; every command is one too.",
-                     .need = Need::kHolder,
+                     .need = Need::kChannels,
                      .answer = kLeaseAnswer,
                      .handle = [this](const Call& call, const Respond& respond) { respond(renew_lease(call)); }});
   routes_.push_back({.method = "DELETE",
                      .path = "/v1/lease",
                      .id = "release_lease",
                      .summary = "The holder lets go; what it has running comes to rest on its path.",
-                     .need = Need::kHolder,
+                     .need = Need::kChannels,
                      .answer = kLeaseAnswer,
                      .handle = [this](const Call& call, const Respond& respond) { respond(release_lease(call)); }});
 }
@@ -101,10 +104,12 @@ HttpResponse Api::take_lease(const Call& call) {
   const bool take_over = reader.boolean("take_over", false);
   reader.finish();
   if (diagnostics.has_errors()) return problem(422, "the request cannot be read", diagnostics);
-  if (cell_.program() != nullptr) {
-    diagnostics.error(Code::kConflict, "", "a program commands this cell", "Ask for what /v1/program can do");
-    return problem(409, "the cell is commanded by a program", diagnostics);
+  if (cell_.program() != nullptr && devices) {
+    diagnostics.error(Code::kConflict, "/devices", "a program commands the devices of this cell",
+                      "Leave devices out: the lease is for the channels then");
+    return problem(409, "the devices are commanded by a program", diagnostics);
   }
+  if (cell_.program() != nullptr) devices = Holders::Devices{std::string(kProgramChannels)};
   const auto fence =
       cell_.holders().take(call.client.name, std::move(devices), cell_.realtime() ? cycles : 0, take_over, log_);
   if (!fence) return problem(409, "somebody else holds the lease", fence.error());

@@ -1,6 +1,8 @@
 // Streams, and what viewers need: tickets, the WebSocket, the scene with its meshes, pictures.
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,6 +10,7 @@
 
 #include "core/base/object_reader.h"
 #include "serve/api.h"
+#include "serve/layout.h"
 
 namespace takt::serve {
 namespace {
@@ -185,10 +188,27 @@ void Api::add_scene_routes() {
                                 "corners (u32), little-endian.",
                      .media = "application/octet-stream",
                      .handle = [this](const Call& call, const Respond& respond) { respond(mesh(call)); }});
+  routes_.push_back(
+      {.method = "GET",
+       .path = "/v1/layout",
+       .id = "layout",
+       .summary = "The layout of the page for this cell: the file NAME.layout beside NAME.json.",
+       .answer = {{"layout", "", "as in docs/panel.md; null: there is none, or it is broken"},
+                  {"diagnostics", "array", "what is wrong with it: code, pointer, message, hint of each"}},
+       .handle = [this](const Call&, const Respond& respond) { respond(layout()); }});
+  routes_.push_back({.method = "GET",
+                     .path = "/v1/cameras",
+                     .id = "cameras",
+                     .summary = "The cameras of the cell as pinhole cameras: their pictures have no distortion.",
+                     .answer = {{"cameras", "array",
+                                 "name; fovy_rad, vertical; focal, focal length over height of the picture; its "
+                                 "centre is the middle of the picture"}},
+                     .handle = [this](const Call&, const Respond& respond) { respond(cameras()); }});
   routes_.push_back({.method = "GET",
                      .path = "/v1/cameras/{camera}/picture",
                      .id = "picture",
-                     .summary = "What a camera of the cell, or 'overview', sees now, as PNG.",
+                     .summary = "What a camera of the cell, or 'overview', sees now, as PNG; the header Takt-Cycle "
+                                "has the cycle of the state. Pictures all the time: monitor of a camera (streams).",
                      .query = {{"width", "integer", "pixels (default 640)", false, cell::CellCamera::kLeast,
                                 cell::CellCamera::kMostWidth},
                                {"height", "integer", "pixels (default 360)", false, cell::CellCamera::kLeast,
@@ -231,26 +251,37 @@ HttpResponse Api::mesh(const Call& call) const {
   return response;
 }
 
+HttpResponse Api::layout() const {
+  const Layout read = read_layout(cell_.description().file, cell_.built(), streams_.scene().cameras());
+  SceneJson wrong = problem_json(422, "", read.diagnostics).value("diagnostics", SceneJson::array());
+  return json_answer(200, {{"layout", SceneJson::parse(read.json)}, {"diagnostics", std::move(wrong)}});
+}
+
+HttpResponse Api::cameras() const {
+  SceneJson list = SceneJson::array();
+  for (const cell::CameraEntry& camera : cell_.description().cameras) {
+    const double fovy = camera.fovy_deg * std::numbers::pi / 180.0;
+    list.push_back({{"name", camera.name}, {"fovy_rad", fovy}, {"focal", 0.5 / std::tan(0.5 * fovy)}});
+  }
+  return json_answer(200, {{"cameras", std::move(list)}});
+}
+
 void Api::picture(const Call& call, const Respond& respond) {
   const std::string& camera = call.path.at("camera");
-  std::vector<std::string> names = streams_.scene().cameras();
-  names.emplace_back(cell::CellCamera::kOverview);
-  if (std::ranges::find(names, camera) == names.end()) {
-    Diagnostics why;
-    why.error(Code::kUnknownName, "", fmt::format("the cell has no camera '{}'", camera),
-              nearest_choice(camera, names));
+  if (const Diagnostics why = check_camera(streams_.scene(), camera, ""); why.has_errors())
     return respond(problem(404, "there is no such camera", why));
-  }
   const auto size = [&call](const char* name, int fallback) {
     const auto found = call.query.find(name);
     return found == call.query.end() ? fallback : static_cast<int>(found->second);
   };
-  const auto done = [respond](const Result<std::string>& png) {
-    if (!png) return respond(problem(500, "the picture cannot be drawn", png.error()));
-    respond({.content_type = "image/png", .body = *png});
+  const auto done = [respond](const Result<CameraPicture>& picture) {
+    if (!picture) return respond(problem(500, "the picture cannot be drawn", picture.error()));
+    HttpResponse response{.content_type = "image/png", .body = picture->png};
+    response.headers["Takt-Cycle"] = fmt::format("{}", picture->cycle - 1);
+    respond(std::move(response));
   };
-  const bool taken =
-      pictures_.draw({.camera = camera, .width = size("width", 640), .height = size("height", 360), .done = done});
+  const bool taken = pictures_.draw(
+      {.format = {.camera = camera, .width = size("width", 640), .height = size("height", 360)}, .done = done});
   if (!taken) respond(problem(429, "a picture is being drawn just now: ask again"));
 }
 

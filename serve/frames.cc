@@ -5,7 +5,7 @@
 namespace takt::serve {
 namespace {
 
-constexpr std::uint8_t kVersion = 1, kValues = 1, kPoses = 2;
+constexpr std::uint8_t kVersion = 1, kValues = 1, kPoses = 2, kPicture = 3;
 constexpr std::size_t kAligned = 8;
 
 std::string frame_header(std::uint8_t kind, std::uint16_t entries, std::uint32_t frame, std::int64_t cycle) {
@@ -90,6 +90,20 @@ std::string pose_frame(std::uint32_t frame, std::int64_t cycle, Nanoseconds time
   append_number(bytes, static_cast<std::uint32_t>(commanded.size()));
   for (const auto& poses : {moving, commanded})
     for (const Eigen::Isometry3d& X : poses) append_pose(bytes, X);
+  fill(bytes);
+  return bytes;
+}
+
+std::string picture_frame(std::uint32_t frame, std::uint32_t id, const PictureFormat& format,
+                          const CameraPicture& picture) {
+  std::string bytes = frame_header(kPicture, 0, frame, picture.cycle - 1);
+  append_number(bytes, to_seconds(picture.time));
+  append_number(bytes, id);
+  append_number(bytes, static_cast<std::uint16_t>(format.width));
+  append_number(bytes, static_cast<std::uint16_t>(format.height));
+  append_number(bytes, static_cast<std::uint32_t>(picture.png.size()));
+  append_number(bytes, std::uint32_t{0});
+  bytes += picture.png;
   fill(bytes);
   return bytes;
 }

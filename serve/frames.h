@@ -11,6 +11,7 @@
 
 #include "core/base/time.h"
 #include "core/device/channel.h"
+#include "serve/picture_maker.h"
 
 /// The binary messages of the streams, byte by byte as docs/remote.md has them. Realtime: setup.
 namespace takt::serve {
@@ -33,6 +34,10 @@ class ValueFrame {
 [[nodiscard]] std::string pose_frame(std::uint32_t frame, std::int64_t cycle, Nanoseconds time,
                                      std::span<const Eigen::Isometry3d> moving,
                                      std::span<const Eigen::Isometry3d> commanded);
+
+/// A frame with the picture of a camera. @param id  of the monitor
+[[nodiscard]] std::string picture_frame(std::uint32_t frame, std::uint32_t id, const PictureFormat& format,
+                                        const CameraPicture& picture);
 
 /// Numbers one after the other as the wire has them: little-endian, without gaps.
 template <class T>

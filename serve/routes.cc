@@ -108,6 +108,8 @@ std::string need_text(Need need) {
       return "Operators.";
     case Need::kHolder:
       return "The holder of the lease, with its fence in the header Takt-Fence.";
+    case Need::kChannels:
+      return "The holder of the lease, with its fence in the header Takt-Fence, also beside a program.";
     case Need::kStop:
       return "Any client, at any time, whoever holds the lease.";
   }
@@ -128,7 +130,7 @@ Json parameters_of(const Route& route) {
                           {"required", field.required},
                           {"description", field.doc},
                           {"schema", schema_of(field)}});
-  if (route.need == Need::kHolder)
+  if (route.need == Need::kHolder || route.need == Need::kChannels)
     parameters.push_back({{"name", "Takt-Fence"},
                           {"in", "header"},
                           {"required", true},

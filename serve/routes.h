@@ -25,7 +25,13 @@ struct Field {
 };
 
 /// What a route needs of the client that asks.
-enum class Need { kLook, kOperator, kHolder, kStop };
+enum class Need {
+  kLook,
+  kOperator,
+  kHolder,    ///< of devices
+  kChannels,  ///< of the lease; where a program commands the devices it is for the channels alone
+  kStop
+};
 
 /// A request that fits a route.
 struct Call {

@@ -7,6 +7,7 @@
 #include "cell/run/cell_scene.h"
 #include "serve/access.h"
 #include "serve/http_server.h"
+#include "serve/picture_maker.h"
 #include "serve/served_cell.h"
 #include "serve/watch_pool.h"
 
@@ -17,6 +18,7 @@ namespace takt::serve {
 struct StreamServices {
   ServedCell& cell;
   Access& access;
+  PictureMaker& pictures;
   std::function<void(const std::string& line)> log;
   /// Has something done on the thread of the server. Any thread.
   std::function<void(std::function<void()> work)> post;

@@ -127,6 +127,7 @@ void StreamSession::say_problem(const std::string& op, const StreamJson& id, con
 
 void StreamSession::say_monitored(std::uint32_t id, const Monitor& monitor) {
   const std::string_view type = monitor.poses              ? "Poses"
+                                : monitor.feed != nullptr  ? "Picture"
                                 : monitor.watch != nullptr ? net::name_of(monitor.watch->type())
                                 : monitor.sensor           ? net::name_of(net::ValueType::kWrench)
                                                            : net::name_of(net::ValueType::kJoints);
@@ -189,6 +190,16 @@ void StreamSession::read_sensor_monitor(ObjectReader& message, Monitor& monitor)
                               nearest_choice(sensor, names));
 }
 
+void StreamSession::read_camera_monitor(ObjectReader& message, Monitor& monitor) const {
+  using Camera = cell::CellCamera;
+  monitor.format.camera = message.text("camera");
+  monitor.format.width =
+      static_cast<int>(message.integer("width", 320, Range{.low = Camera::kLeast, .high = Camera::kMostWidth}));
+  monitor.format.height =
+      static_cast<int>(message.integer("height", 240, Range{.low = Camera::kLeast, .high = Camera::kMostHeight}));
+  message.diagnostics().append(check_camera(sights_.scene, monitor.format.camera, message.at("camera")));
+}
+
 std::expected<StreamSession::Monitor, MessageProblem> StreamSession::read_monitor(ObjectReader& message) const {
   Monitor monitor;
   Diagnostics& diagnostics = message.diagnostics();
@@ -196,10 +207,10 @@ std::expected<StreamSession::Monitor, MessageProblem> StreamSession::read_monito
   std::string port;
   const int kinds = static_cast<int>(message.has("net")) + static_cast<int>(message.has("channel")) +
                     static_cast<int>(message.has("arm")) + static_cast<int>(message.has("sensor")) +
-                    static_cast<int>(message.has("poses"));
+                    static_cast<int>(message.has("camera")) + static_cast<int>(message.has("poses"));
   if (kinds != 1)
     diagnostics.error(Code::kRequires, message.pointer(), "it is not clear what is to be watched",
-                      "Give one of: net and port, channel, arm and value, sensor, poses");
+                      "Give one of: net and port, channel, arm and value, sensor, camera, poses");
   if (message.has("net")) {
     net = static_cast<rcc::NetId>(message.integer("net", {}, Range{.low = 1, .high = kNumbers.high}));
     port = message.text("port");
@@ -209,6 +220,8 @@ std::expected<StreamSession::Monitor, MessageProblem> StreamSession::read_monito
     read_arm_monitor(message, monitor);
   } else if (message.has("sensor")) {
     read_sensor_monitor(message, monitor);
+  } else if (message.has("camera")) {
+    read_camera_monitor(message, monitor);
   } else if (message.has("poses") && !message.boolean("poses")) {
     diagnostics.error(Code::kInvalidValue, message.at("poses"), "false", "Write true, or leave it out");
   }
@@ -216,6 +229,7 @@ std::expected<StreamSession::Monitor, MessageProblem> StreamSession::read_monito
   monitor.every = static_cast<int>(message.integer("every", 1, Range{.low = 0, .high = kMostEvery}));
   message.finish();
   if (diagnostics.has_errors()) return std::unexpected(bad_message(diagnostics));
+  if (!monitor.format.camera.empty()) monitor.feed = services_.pictures.feed(monitor.format);
   if (port.empty()) return monitor;
   auto watch = sights_.watches.open(net, port);
   if (!watch) {
@@ -299,7 +313,7 @@ bool StreamSession::poses_are_due() const {
 }
 
 void StreamSession::send_frames() {
-  if (monitors_.empty()) return;
+  if (monitors_.empty() || socket_ == nullptr) return;
   if (has_room() && std::exchange(poses_next_, false)) send_poses();
   if (has_room()) send_values();
   if (has_room()) {
@@ -307,7 +321,27 @@ void StreamSession::send_frames() {
   } else {
     poses_next_ = poses_are_due();
   }
+  send_pictures();
   end_monitors_of_ended_nets();
+}
+
+/// A picture is asked for when it is due and the client is ready for one, and sent once it is there: whoever is slow
+/// gets fewer, and the maker never draws what nobody takes.
+void StreamSession::send_pictures() {
+  const std::int64_t now = sights_.view.cycle - 1;
+  for (auto& [id, monitor] : monitors_) {
+    if (monitor.feed == nullptr || !has_room()) continue;
+    const auto newest = monitor.feed->newest();
+    if (newest != nullptr && newest->cycle - 1 > monitor.last && newest->cycle - 1 >= monitor.asked) {
+      monitor.last = newest->cycle - 1;
+      socket_->send(WebSocket::Kind::kBinary, picture_frame(++last_frame_, id, monitor.format, *newest));
+    }
+    const bool answered = monitor.last >= monitor.asked;
+    if (!answered || monitor.every == 0 || now < 0) continue;
+    if (monitor.asked >= 0 && now / monitor.every <= monitor.asked / monitor.every) continue;
+    monitor.asked = now;
+    monitor.feed->want();
+  }
 }
 
 void StreamSession::send_values() {

@@ -47,6 +47,9 @@ class StreamSession final : public Stream {
     ArmValue value = nullptr;                ///< of that arm
     std::optional<std::size_t> sensor = {};  ///< likewise an index
     bool poses = false;                      ///< of the whole cell
+    PictureFormat format = {};               ///< of a camera
+    std::shared_ptr<CameraFeed> feed = {};   ///< likewise
+    std::int64_t asked = -1;                 ///< cycle at which its last picture was asked for
     std::int64_t last = -1;                  ///< cycle of the last value that was sent
   };
   using Handle = MessageResult (StreamSession::*)(ObjectReader& message);
@@ -66,6 +69,7 @@ class StreamSession final : public Stream {
   MessageResult move_jog(ObjectReader& message) { return jogging_->move(message); }
   MessageResult end_jog(ObjectReader& message) { return jogging_->end(message); }
 
+  void read_camera_monitor(ObjectReader& message, Monitor& monitor) const;
   [[nodiscard]] std::expected<Monitor, MessageProblem> read_monitor(ObjectReader& message) const;
   void read_arm_monitor(ObjectReader& message, Monitor& monitor) const;
   void read_sensor_monitor(ObjectReader& message, Monitor& monitor) const;
@@ -76,6 +80,7 @@ class StreamSession final : public Stream {
   void send_frames();
   void send_values();
   void send_poses();
+  void send_pictures();
   [[nodiscard]] bool has_room() const;
   [[nodiscard]] bool is_due(const Monitor& monitor, std::int64_t cycle) const;
   [[nodiscard]] bool poses_are_due() const;

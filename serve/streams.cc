@@ -5,11 +5,12 @@
 
 namespace takt::serve {
 
-Streams::Streams(ServedCell& cell, Access& access, std::function<void(const std::string& line)> log,
-                 std::function<void(std::function<void()> work)> post,
+Streams::Streams(ServedCell& cell, Access& access, PictureMaker& pictures,
+                 std::function<void(const std::string& line)> log, std::function<void(std::function<void()> work)> post,
                  std::function<bool(std::function<void()> job)> work_elsewhere)
     : services_{.cell = cell,
                 .access = access,
+                .pictures = pictures,
                 .log = std::move(log),
                 .post = std::move(post),
                 .work_elsewhere = std::move(work_elsewhere),
@@ -17,9 +18,13 @@ Streams::Streams(ServedCell& cell, Access& access, std::function<void(const std:
       sights_{.view = cell.view(), .watches = WatchPool(cell.core()), .scene = cell::CellScene(cell.built())},
       foxglove_(cell) {
   cell.on_news([this] { wake(); });
+  pictures.on_picture([this] { wake(); });
 }
 
-Streams::~Streams() { services_.cell.on_news({}); }
+Streams::~Streams() {
+  services_.pictures.on_picture({});
+  services_.cell.on_news({});
+}
 
 std::vector<std::string> Streams::protocols() {
   std::vector<std::string> all = {std::string(StreamSession::kProtocol), std::string(FollowSession::kProtocol)};

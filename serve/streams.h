@@ -17,7 +17,7 @@ namespace takt::serve {
 class Streams {
  public:
   /// @param access, log, post, work_elsewhere  as in StreamServices. Before the cell runs.
-  Streams(ServedCell& cell, Access& access, std::function<void(const std::string& line)> log,
+  Streams(ServedCell& cell, Access& access, PictureMaker& pictures, std::function<void(const std::string& line)> log,
           std::function<void(std::function<void()> work)> post,
           std::function<bool(std::function<void()> job)> work_elsewhere);
   /// Once nothing of the server runs any more.
@@ -35,7 +35,7 @@ class Streams {
   [[nodiscard]] const cell::CellScene& scene() const { return sights_.scene; }
 
  private:
-  /// Any thread.
+  /// There is something new to look at. Any thread.
   void wake();
   void look();
   void forget_ended_nets();

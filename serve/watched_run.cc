@@ -65,6 +65,7 @@ void WatchedRun::after_cycle() {
     copy(pending_);
     pending_.clear();
   }
+  lease().after_cycle();
   ++news_;
   news_.notify_one();
   if (!beside_loop_ && !built().site->own_clock()) keep_pace();

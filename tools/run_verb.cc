@@ -139,6 +139,16 @@ int resim(const RunVerbArguments& arguments, const Common& common) {
   return tell_resim(*comparison, run, common);
 }
 
+/// A station, a file with a layout for the page beside it, is driven by people where there is a page: what its operator
+/// would do by script is left out.
+void leave_to_people(const RunVerbArguments& arguments, cell::OpenOptions& opening) {
+  std::error_code error;
+  std::filesystem::path layout = arguments.file;
+  layout.replace_extension(".layout");
+  if (arguments.panel && std::filesystem::exists(layout, error))
+    opening.overrides.push_back({.pointer = "/operator", .value = "[]"});
+}
+
 /// What cannot be together with --panel.
 void check_panel(const RunVerbArguments& arguments, Diagnostics& diagnostics) {
   if (!arguments.panel) return;
@@ -165,6 +175,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
   reserve_processor(arguments, diagnostics);
   options.processor = arguments.processor;
   if (diagnostics.has_errors()) return report(diagnostics, common);
+  leave_to_people(arguments, opening);
   const device::ModelLibrary library = common.library();
   auto session = cell::Session::open(arguments.file, library, opening);
   if (!session) return report(session.error(), common);

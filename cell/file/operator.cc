@@ -53,7 +53,11 @@ const FormOf<OperatorAction>& operator_form() {
                        .add(any_key("value", "", "The value, or null."),
                             [](FormReader& from, OperatorAction& action) {
                               if (const Json* value = from.json("value")) action.value = value->dump();
-                            })}})
+                            })
+                       .add(number_key("held_s", "s", kTime,
+                                       "Writes it again and again for this time, as a hand on a stick does.")
+                                .optional("once"),
+                            &OperatorAction::held_s)}})
           .then([](FormReader& from, OperatorAction& action) { action.pointer = from.pointer(); });
   return form;
 }
@@ -107,6 +111,7 @@ void Operator::before_cycle() {
     if (due.cycle < 0 || due.cycle > now || due.action == nullptr) continue;
     act(*std::exchange(due.action, nullptr));
   }
+  write_held(now);
 }
 
 void Operator::step_begun(std::string_view step) {
@@ -177,11 +182,25 @@ void Operator::abort() {
   break_off(kWhy);
 }
 
+void Operator::write_held(std::int64_t now) {
+  constexpr double kHeldEvery_s = 0.02;
+  for (HeldValue& held : held_) {
+    if (now < held.next) continue;
+    held.next = std::min(now + cycles(kHeldEvery_s), held.last);
+    (void)(held.value ? held.channel->write(*held.value) : held.channel->write_null());
+  }
+  std::erase_if(held_, [now](const HeldValue& held) { return now >= held.last; });
+}
+
 void Operator::write(const OperatorAction& action) {
   device::Channel* channel = core_.find_channel(action.channel);
   Diagnostics none;
   const auto value = device::channel_value_from_json(Json::parse(action.value), channel->description().type, {}, none);
   (void)(value ? channel->write(*value) : channel->write_null());
+  std::erase_if(held_, [channel](const HeldValue& held) { return held.channel == channel; });
+  if (action.held_s > 0.0)
+    held_.push_back(
+        {.channel = channel, .value = value, .next = core_.cycle() + 1, .last = core_.cycle() + cycles(action.held_s)});
   note_("write", fmt::format("{} = {}", action.channel, action.value));
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/form_of.h"
+#include "core/device/channel.h"
 #include "core/device/emergency_stop.h"
 #include "core/rcc/control_core.h"
 
@@ -23,6 +24,7 @@ struct OperatorAction {
   double override_ = 1.0;  ///< share of the planned speed, 0 to 1
   std::string channel;     ///< of kWrite
   std::string value;       ///< of kWrite, as JSON text
+  double held_s = 0.0;     ///< of kWrite, s: written again and again for so long, as a hand on a stick does
 };
 
 /// An entry of "operator": {"at_s" or "at_step" with "after_s", "do", ...}.
@@ -76,10 +78,17 @@ class Operator {
     const OperatorAction* action;
     std::int64_t cycle;  ///< -1: not known yet, its step has not begun
   };
+  /// A value that a hand holds.
+  struct HeldValue {
+    device::Channel* channel;
+    std::optional<device::ChannelValue> value;  ///< nothing: null
+    std::int64_t next, last;                    ///< cycles of the next and of the last time
+  };
   [[nodiscard]] std::int64_t cycles(double seconds) const;
   void break_off(const std::string& why);
   void act(const OperatorAction& action);
   void write(const OperatorAction& action);
+  void write_held(std::int64_t now);
   void send();
 
   rcc::ControlCore& core_;
@@ -87,6 +96,7 @@ class Operator {
   OperatedProgram program_;
   Note note_;
   std::vector<PendingCommand> due_;
+  std::vector<HeldValue> held_;
   double override_;
   bool paused_ = false, cancelled_ = false;
   std::string broken_off_;

@@ -23,23 +23,29 @@ void copy_picture_state(const sim::World& world, PictureState& state) {
 }
 
 struct CellCamera::Impl {
-  Impl(std::shared_ptr<sim::World> kept, sim::Renderer made)
-      : world(std::move(kept)), data(mj_makeData(world->model()), &mj_deleteData), renderer(std::move(made)) {}
+  Impl(std::shared_ptr<sim::World> kept, sim::Renderer made, bool looked_at_once)
+      : world(std::move(kept)),
+        data(mj_makeData(world->model()), &mj_deleteData),
+        renderer(std::move(made)),
+        fast(looked_at_once) {}
 
   std::shared_ptr<sim::World> world;  ///< keeps the model
   std::unique_ptr<mjData, decltype(&mj_deleteData)> data;
   sim::Renderer renderer;
   sim::Image image;
+  bool fast;  ///< of sim::png_of()
 };
 
 CellCamera::CellCamera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 CellCamera::~CellCamera() = default;
 
-Result<std::unique_ptr<CellCamera>> CellCamera::open(const BuiltCell& built) {
-  auto renderer = sim::Renderer::create(built.world->model(),
-                                        {.width = kMostWidth, .height = kMostHeight, .shadow_size = kShadowTexels});
+Result<std::unique_ptr<CellCamera>> CellCamera::open(const BuiltCell& built, Quality quality) {
+  const bool live = quality == Quality::kLive;
+  auto renderer = sim::Renderer::create(
+      built.world->model(),
+      {.width = kMostWidth, .height = kMostHeight, .shadow_size = live ? 0 : kShadowTexels, .smooth_edges = !live});
   if (!renderer) return std::unexpected(renderer.error());
-  return std::unique_ptr<CellCamera>(new CellCamera(std::make_unique<Impl>(built.world, std::move(*renderer))));
+  return std::unique_ptr<CellCamera>(new CellCamera(std::make_unique<Impl>(built.world, std::move(*renderer), live)));
 }
 
 Result<std::string> CellCamera::picture(std::string_view camera, int width, int height, const PictureState& state) {
@@ -58,7 +64,7 @@ Result<std::string> CellCamera::picture(std::string_view camera, int width, int 
   if (auto set = impl_->renderer.set_state(data); !set) return std::unexpected(set.error());
   if (auto drawn = impl_->renderer.draw(view, width, height, impl_->image); !drawn)
     return std::unexpected(drawn.error());
-  return sim::png_of(impl_->image);
+  return sim::png_of(impl_->image, impl_->fast);
 }
 
 }  // namespace takt::cell

@@ -26,8 +26,14 @@ class CellCamera {
   /// The name of the free camera that shows everything, unless the cell has one of that name.
   static constexpr std::string_view kOverview = "overview";
 
+  /// How much work a picture is.
+  enum class Quality {
+    kFilm,  ///< shadows and smooth edges
+    kLive   ///< without both, and packed less well: for pictures that are looked at once
+  };
   /// @return diagnostics: no graphics
-  [[nodiscard]] static Result<std::unique_ptr<CellCamera>> open(const BuiltCell& built);
+  [[nodiscard]] static Result<std::unique_ptr<CellCamera>> open(const BuiltCell& built,
+                                                                Quality quality = Quality::kFilm);
   ~CellCamera();
   CellCamera(const CellCamera&) = delete;
   CellCamera& operator=(const CellCamera&) = delete;

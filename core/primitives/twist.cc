@@ -1,5 +1,6 @@
 // Family "twist": velocities of frames, linear first; also accelerations and small displacements, as the unit says.
 #include <algorithm>
+#include <cmath>
 
 #include "core/net/registry.h"
 #include "core/primitives/function.h"
@@ -49,8 +50,24 @@ constexpr auto kLimit = [] {
                 {"angular_max", "v", "largest angular length", "[0,inf)", "0.5"}});
 };
 
+constexpr auto kCorrect = [] {
+  return ports({{"base", "u,v", "a twist that is kept", "A"}, {"correction", "u,v", "what is added to it", "A"}},
+               {{"value", "u,v", "the sum, within both bounds", "A"}},
+               {{"linear_max", "u", "largest linear length", "[0,inf)", "0.25"},
+                {"angular_max", "v", "largest angular length", "[0,inf)", "0.5"}});
+};
+
 /// The largest share of a length that a bound allows.
 double allowed(double length, double bound) { return length > bound ? bound / length : 1.0; }
+
+/// base + share * correction with the largest share up to 1 that the bound allows; a base beyond it is shortened.
+Vector corrected(const Vector& base, const Vector& correction, double bound) {
+  const double room = bound * bound - base.squaredNorm();
+  if (room <= 0.0) return base * allowed(base.norm(), bound);
+  const double along = base.dot(correction), length = correction.squaredNorm();
+  if (!(length > 0.0) || (base + correction).squaredNorm() <= bound * bound) return base + correction;
+  return base + (std::sqrt(along * along + length * room) - along) / length * correction;
+}
 
 using AddTwists = Function<kAlike, [](const Twist& a, const Twist& b) { return plus(a, b); }>;
 using SubtractTwists = Function<kAlike, [](const Twist& a, const Twist& b) { return minus(a, b); }>;
@@ -72,6 +89,11 @@ using ShiftTwist = Function<kShift, [](const Twist& V, const Vector& p_PQ) {
 using LimitTwist = Function<kLimit, [](const Twist& V, double linear_max, double angular_max) {
   return times(V, std::min(allowed(V.linear.norm(), linear_max), allowed(V.angular.norm(), angular_max)));
 }>;
+using CorrectTwist =
+    Function<kCorrect, [](const Twist& base, const Twist& correction, double linear_max, double angular_max) {
+      return Twist{.linear = corrected(base.linear, correction.linear, linear_max),
+                   .angular = corrected(base.angular, correction.angular, angular_max)};
+    }>;
 
 TAKT_PRIMITIVE(AddTwists, "twist", "a + b, both at one point and in the same axes.");
 TAKT_PRIMITIVE(SubtractTwists, "twist", "a - b, both at one point and in the same axes.");
@@ -81,6 +103,10 @@ TAKT_PRIMITIVE(TwistComponents, "twist", "Linear and angular velocity of a twist
 TAKT_PRIMITIVE(RotateTwist, "twist", "A twist in other axes, at the same point.");
 TAKT_PRIMITIVE(TransformTwist, "twist", "The velocity of a body at another point and in other axes (adjoint).");
 TAKT_PRIMITIVE(ShiftTwist, "twist", "The velocity of a body at another point of it, in the same axes.");
+TAKT_PRIMITIVE(CorrectTwist, "twist",
+               "base + correction, both at one point and in the same axes. Of each part only the correction is "
+               "shortened so that the sum is not longer than allowed; a base that is itself longer is shortened and "
+               "not corrected.");
 TAKT_PRIMITIVE(LimitTwist, "twist", "The same direction of both parts, but neither longer than allowed.");
 
 }  // namespace

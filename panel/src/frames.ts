@@ -32,8 +32,18 @@ export interface Poses {
   commanded: Float32Array;
 }
 
+/** What a camera saw; `cycle` is that of the state in it. */
+export interface Picture {
+  kind: "picture";
+  frame: number;
+  cycle: number;
+  time_s: number;
+  id: number;
+  png: Uint8Array<ArrayBuffer>;
+}
+
 /** Throws RangeError when the frame is shorter than it says, and Error when its kind or version is unknown. */
-export function decode(buffer: ArrayBuffer): Values | Poses {
+export function decode(buffer: ArrayBuffer): Values | Poses | Picture {
   const view = new DataView(buffer);
   const kind = view.getUint8(0);
   const version = view.getUint8(1);
@@ -52,6 +62,15 @@ export function decode(buffer: ArrayBuffer): Values | Poses {
       commanded: new Float32Array(buffer, 32 + 4 * moving, commanded),
     };
   }
+  if (kind === 3)
+    return {
+      kind: "picture",
+      frame,
+      cycle,
+      time_s: view.getFloat64(16, true),
+      id: view.getUint32(24, true),
+      png: new Uint8Array(buffer, 40, view.getUint32(32, true)),
+    };
   if (kind !== 1) throw new Error(`frame of unknown kind ${kind}`);
   const entries: Entry[] = [];
   let at = 16;

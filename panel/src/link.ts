@@ -1,7 +1,7 @@
 // The one connection with the server: requests, the stream, the lease. It reconnects by itself and moves nothing by
 // itself.
 import { Problem, type CellEvent } from "./api";
-import { decode, type Entry, type Poses } from "./frames";
+import { decode, type Entry, type Picture, type Poses } from "./frames";
 import { Signal } from "./signal";
 import { token } from "./token";
 
@@ -13,9 +13,15 @@ export type Watched =
   | { channel: string }
   | { net: number; port: string }
   | { poses: true };
+export interface Seen {
+  camera: string;
+  width: number;
+  height: number;
+}
 interface Monitor {
   message: Message;
   take: (entry: Entry) => void;
+  see?: (picture: Picture) => void;
   refused: (why: string) => void;
 }
 
@@ -97,6 +103,27 @@ export class Link {
     return () => {
       if (this.monitors.delete(id)) this.send({ op: "unmonitor", id });
     };
+  }
+
+  /** The pictures of a camera, as often as the server and the page manage, at most every so many seconds. */
+  watchCamera(
+    what: Seen,
+    every_s: number,
+    see: (picture: Picture) => void,
+    refused: (why: string) => void = () => {},
+  ): () => void {
+    const id = ++this.lastId;
+    const message = { op: "monitor", id, every: Math.max(1, Math.round(every_s / this.period_s)), ...what };
+    this.monitors.set(id, { message, take: () => {}, see, refused });
+    this.send(message);
+    return () => {
+      if (this.monitors.delete(id)) this.send({ op: "unmonitor", id });
+    };
+  }
+
+  /** The newest cycle that the page has heard of. */
+  get cycle(): number {
+    return this.lastCycle;
   }
 
   async takeLease(takeOver: boolean): Promise<void> {
@@ -190,8 +217,9 @@ export class Link {
 
   private receivedFrame(data: ArrayBuffer): void {
     const frame = decode(data);
-    this.lastCycle = frame.cycle;
+    this.lastCycle = Math.max(this.lastCycle, frame.cycle);
     if (frame.kind === "poses") this.poses.emit(frame);
+    else if (frame.kind === "picture") this.monitors.get(frame.id)?.see?.(frame);
     else for (const entry of frame.entries) this.monitors.get(entry.id)?.take(entry);
     this.send({ op: "ack", frame: frame.frame });
   }

@@ -1,6 +1,15 @@
 // The page: puts its parts together and tells them what the server says.
 import "./panel.css";
-import { wordsOf, type CellEvent, type Graph, type LogEntry, type Program, type State } from "./api";
+import {
+  Problem,
+  wordsOf,
+  type CellEvent,
+  type Diagnostic,
+  type Graph,
+  type LogEntry,
+  type Program,
+  type State,
+} from "./api";
 import { Cameras } from "./cameras";
 import { byId, setText } from "./dom";
 import { Events } from "./events";
@@ -10,8 +19,9 @@ import { Link } from "./link";
 import { Nets } from "./nets";
 import { Plots } from "./plots";
 import { ProgramPanel } from "./program";
+import { Station, type LayoutFile } from "./station";
 import { StatusBar } from "./statusbar";
-import { Tabs } from "./tabs";
+import { Tabs, type Tab } from "./tabs";
 import { TimeAxis } from "./time_axis";
 import { Timeline } from "./timeline";
 import { startTheme } from "./theme";
@@ -31,23 +41,28 @@ class Panel {
   private readonly cameras = new Cameras(this.link);
   private readonly faults = new Faults(
     () => this.link.period_s,
-    (count) => this.side.count("faults", count),
+    (count) => [this.side, ...this.laidOut].forEach((tabs) => tabs.count("faults", count)),
   );
   private readonly plots = new Plots(this.link, this.axis);
   private readonly timeline = new Timeline(this.axis);
   private readonly events = new Events();
-  private readonly side = new Tabs("Operation", [
+  private readonly operation: Tab[] = [
     { id: "jog", title: "Jog", panel: this.jog.panel },
     { id: "program", title: "Program", panel: this.program.panel },
     { id: "nets", title: "Nets", panel: this.nets.panel, shown: (visible) => this.nets.show(visible) },
     { id: "cameras", title: "Cameras", panel: this.cameras.panel, shown: (visible) => this.cameras.show(visible) },
     { id: "faults", title: "Faults", panel: this.faults.panel },
-  ]);
-  private readonly below = new Tabs("Time", [
+  ];
+  private readonly time: Tab[] = [
     { id: "plots", title: "Plots", panel: this.plots.panel },
     { id: "timeline", title: "Time line", panel: this.timeline.panel },
     { id: "events", title: "Events", panel: this.events.panel },
-  ]);
+  ];
+  private readonly side = new Tabs("Operation", this.operation);
+  private readonly below = new Tabs("Time", this.time);
+  /** Of a layout, in place of the two above. */
+  private laidOut: Tabs[] = [];
+  private station: Station | null = null;
   private loaded = false;
   private nextEntry = 1;
   private hideNotice = 0;
@@ -96,13 +111,43 @@ class Panel {
       this.cameras.load(scene);
       await this.plots.load(scene);
       await this.jog.load(scene);
-      if (!state.program) return;
-      await this.program.load();
-      this.side.show("program");
+      if (state.program) {
+        await this.program.load();
+        this.side.show("program");
+      }
+      await this.layOut();
     } catch (error) {
       this.loaded = false;
       this.notice(wordsOf(error));
     }
+  }
+
+  /** The panes of the layout file beside the scenario, if there is one; a broken one is reported, and nothing is lost. */
+  private async layOut(): Promise<void> {
+    if (this.station) return;
+    const { layout, diagnostics } = await this.link.ask<{ layout: LayoutFile | null; diagnostics: Diagnostic[] }>(
+      "GET",
+      "/v1/layout",
+    );
+    if (diagnostics.length > 0)
+      this.notice(new Problem(422, "The layout file is broken, so the usual page is shown", diagnostics).words, true);
+    if (!layout) return;
+    const all = [...this.operation, ...this.time];
+    this.station = new Station(this.link, layout, {
+      view3d: this.view.element,
+      tabs: (names) => {
+        const tabs = new Tabs(
+          "More",
+          names.flatMap((name) => all.filter((tab) => tab.id === name)),
+        );
+        this.laidOut.push(tabs);
+        return tabs.element;
+      },
+    });
+    const main = document.querySelector("main");
+    main?.classList.add("laid-out");
+    main?.append(this.station.element);
+    for (const tabs of this.laidOut) tabs.show("program");
   }
 
   private async poll(): Promise<void> {
@@ -112,6 +157,7 @@ class Panel {
       this.bar.show(state);
       this.faults.show(state.faults);
       this.jog.show(state.holder, state.program);
+      this.station?.show(state.holder);
       if (state.program) await this.pollProgram(state);
       else await this.nets.refreshList();
     } catch (error) {
@@ -126,6 +172,7 @@ class Panel {
     );
     this.nextEntry = next;
     for (const part of [this.program, this.faults, this.timeline, this.events]) part.read(entries);
+    this.station?.read(entries);
     this.program.show(await this.link.ask<Program>("GET", "/v1/program"), state.time_s);
   }
 
@@ -142,12 +189,13 @@ class Panel {
         .catch(() => this.plots.offerNet(null));
   }
 
-  private notice(text: string): void {
+  /** @param stays  until it is replaced */
+  private notice(text: string, stays = false): void {
     const notice = byId("notice");
     notice.hidden = text === "";
     setText(notice, text);
     clearTimeout(this.hideNotice);
-    if (text && this.link.open)
+    if (text && this.link.open && !stays)
       this.hideNotice = window.setTimeout(() => {
         notice.hidden = true;
       }, 8000);

@@ -82,7 +82,9 @@ export class StatusBar {
 }
 
 function holderOf(state: State, fence: number): string {
-  if (state.program) return "a program commands";
+  if (state.program && state.holder === 0) return "a program commands";
+  if (state.program)
+    return state.holder === fence ? "you drive the program" : `'${state.holder_name}' drives the program`;
   if (state.holder === 0) return "nobody commands";
   return state.holder === fence ? "you command" : `'${state.holder_name}' commands`;
 }

@@ -25,7 +25,7 @@ Result<void> write_ppm(const Image& image, const std::filesystem::path& path) {
   return {};
 }
 
-Result<std::string> png_of(const Image& image) {
+Result<std::string> png_of(const Image& image, bool fast) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(static_cast<std::size_t>(3) * static_cast<std::size_t>(image.width * image.height));
   for (int y = 0; y < image.height; ++y) {
@@ -36,6 +36,7 @@ Result<std::string> png_of(const Image& image) {
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGB;
+  if (fast) png.flags |= PNG_IMAGE_FLAG_FAST;
   std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
   png_alloc_size_t size = bytes.size();
   if (png_image_write_to_memory(&png, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)

@@ -49,7 +49,8 @@ class EdgeSmoother {
 [[nodiscard]] Result<void> write_ppm(const Image& image, const std::filesystem::path& path);
 
 /// The bytes of a PNG file. Same picture: same bytes, by the same library. Realtime: setup.
-[[nodiscard]] Result<std::string> png_of(const Image& image);
+/// @param fast  packed less well in less time, for pictures that are looked at once
+[[nodiscard]] Result<std::string> png_of(const Image& image, bool fast = false);
 
 /// Writes PNG; a path that cannot be written is a diagnostic. Realtime: setup.
 [[nodiscard]] Result<void> write_png(const Image& image, const std::filesystem::path& path);

@@ -12,6 +12,10 @@ import {
   take,
   Takt,
 } from "./support.mjs";
+import { arm, moved, STATION, stood, TELEOPERATION } from "./stations.mjs";
+import { copyFileSync, mkdtempSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 
 let browser;
 before(async () => {
@@ -142,5 +146,84 @@ describe("a program that runs with a page", () => {
     assert.deepEqual(page.problems, []);
     await close(page);
     assert.notEqual(await server.end(), 0);
+  });
+});
+
+describe("an operator station", () => {
+  test("shows pictures and forces, is driven in a mode, and rests when its page is gone", async () => {
+    const server = await Takt.start("run", TELEOPERATION, "--panel");
+    const page = await ready(browser, server.url, STATION);
+    await page.locator(".station").waitFor();
+    await page.getByRole("button", { name: "Start" }).click();
+    await page
+      .locator(".pane-camera .age")
+      .filter({ hasText: /^\d+ ms old/ })
+      .waitFor();
+    await page
+      .locator(".newton")
+      .nth(1)
+      .filter({ hasText: /^\d+\.\d N$/ })
+      .waitFor();
+    assert.deepEqual(await barriers(page), []);
+    await take(page);
+    // The camera arm goes to its perspective, and follows the hand of the other one.
+    await moved(server, "eye", () =>
+      page.getByRole("button", { name: "Observer" }).click(),
+    );
+    await stood(server, "eye", { seconds: 20, least: 2e-4 });
+    const stick = await page.locator(".station .stick").first().boundingBox();
+    const [x, y] = [stick.x + stick.width / 2, stick.y + stick.height / 2];
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    const before = (await arm(server, "eye")).q_commanded;
+    await moved(server, "hand", () =>
+      page.mouse.move(x, y - stick.height * 0.35),
+    );
+    await page.waitForTimeout(400);
+    const after = (await arm(server, "eye")).q_commanded;
+    assert.ok(
+      after.some((one, i) => Math.abs(one - before[i]) > 1e-4),
+      "the eye follows",
+    );
+    await page.mouse.up();
+    await stood(server, "hand");
+    // Another page may look, and takes over only when it says so.
+    const other = await ready(browser, server.url, STATION);
+    await other.getByRole("button", { name: "Take over control" }).waitFor();
+    assert.equal(
+      await other.getByRole("button", { name: "Direct" }).isDisabled(),
+      true,
+    );
+    await close(other);
+    await page.locator(".pane-sticks .keypad").focus();
+    await moved(server, "hand", () => page.keyboard.down("r"));
+    assert.deepEqual(page.problems, []);
+    await close(page);
+    await stood(server, "hand");
+    await server.end();
+  });
+
+  test("with a broken layout is the usual page, and says what is wrong", async () => {
+    const folder = mkdtempSync(join(tmpdir(), "takt-layout-"));
+    copyFileSync(SCENARIO, join(folder, "cell.json"));
+    writeFileSync(
+      join(folder, "cell.layout"),
+      '{"columns": [{"panes": [{"show": "camera", "camera": "nobody"}]}]}',
+    );
+    const server = await Takt.start(
+      "serve",
+      join(folder, "cell.json"),
+      "--port",
+      "0",
+    );
+    const page = await ready(browser, server.url);
+    await page
+      .locator("#notice")
+      .filter({ hasText: /layout file is broken.*nobody/ })
+      .waitFor();
+    await page.getByRole("tab", { name: "Jog" }).waitFor();
+    assert.deepEqual(page.problems, []);
+    await close(page);
+    assert.equal(await server.end(), 0);
   });
 });

@@ -79,6 +79,12 @@ Frame read_frame(const std::string& bytes) {
               .commanded = {}};
   if (frame.kind == 1) read_values(bytes, number_at<std::uint16_t>(bytes, 2), frame);
   if (frame.kind == 2) read_poses(bytes, frame);
+  if (frame.kind == 3) {
+    frame.time = number_at<double>(bytes, 16);
+    const auto size = number_at<std::uint32_t>(bytes, 32);
+    EXPECT_EQ(bytes.size(), (40 + size + 7) / 8 * 8);
+    frame.picture = bytes.substr(40, size);
+  }
   return frame;
 }
 

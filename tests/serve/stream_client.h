@@ -34,6 +34,7 @@ struct Frame {
   std::vector<FrameEntry> values;                     ///< kind 1
   double time = 0.0;                                  ///< kind 2, s
   std::vector<std::vector<float>> moving, commanded;  ///< kind 2
+  std::string picture = {};                           ///< kind 3: PNG
   [[nodiscard]] const FrameEntry* of(std::uint32_t id) const;
 };
 /// Reads a frame by the page that describes it; fails the test if it is longer or shorter than it says.

@@ -356,6 +356,48 @@ TEST(Streams, ACameraShowsWhatIsNow) {
   EXPECT_EQ(client.get(path + "000").status, 422) << "48000 pixels";
 }
 
+TEST(Streams, PicturesComeWhileTheyAreTakenAndNeverOldOnes) {
+  Served served(false);
+  Client client = served.client();
+  const std::string camera = client.get("/v1/scene").json()["cameras"][0];
+  StreamClient stream(served);
+  stream.send({{"op", "monitor"}, {"id", 4}, {"camera", camera}, {"width", 64}, {"height", 48}, {"every", 40}});
+  EXPECT_EQ(stream.await("monitored")["type"], "Picture");
+  const auto first = stream.frame();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->kind, 3);
+  EXPECT_TRUE(first->picture.starts_with("\x89PNG"));
+  EXPECT_EQ(first->picture.substr(16, 8), std::string("\0\0\0\x40\0\0\0\x30", 8)) << "width and height";
+  stream.send({{"op", "ack"}, {"frame", first->number}});
+  client.take_lease();
+  (void)client.post(fmt::format("/v1/nets/{}/start", client.load(Served::motion())));
+  std::string last = first->picture;
+  for (int i = 1; i <= 3; ++i) {
+    (void)client.post("/v1/steps", {{"cycles", 400}});
+    const auto next = stream.frame();
+    ASSERT_TRUE(next) << i;
+    // One that was wanted while the steps ran shows a state in between; never one from before them.
+    EXPECT_GT(next->cycle, first->cycle + 400 * (i - 1)) << i;
+    last = next->picture;
+    stream.send({{"op", "ack"}, {"frame", next->number}});
+  }
+  EXPECT_TRUE(last != first->picture) << "the arm has moved";
+  stream.send({{"op", "monitor"}, {"id", 5}, {"camera", "nobody"}, {"width", 8}});
+  const Json refused = stream.await("problem");
+  EXPECT_EQ(refused["status"], 422);
+  EXPECT_EQ(refused["diagnostics"].size(), 2u) << refused;
+  stream.send({{"op", "unmonitor"}, {"id", 4}});
+  EXPECT_EQ(stream.await("ended")["reason"], "asked");
+}
+
+TEST(Streams, CamerasArePinholeCameras) {
+  Served served(false);
+  const Json cameras = served.client().get("/v1/cameras").json()["cameras"];
+  ASSERT_FALSE(cameras.empty());
+  for (const Json& camera : cameras)
+    EXPECT_NEAR(std::atan(0.5 / camera["focal"].get<double>()), 0.5 * camera["fovy_rad"].get<double>(), 1e-12);
+}
+
 TEST(Streams, BrokenMessagesCloseOrAreRefused) {
   Served served(false);
   {

@@ -1,6 +1,8 @@
 #include "serve/watched_run.h"
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -22,12 +24,12 @@ const device::ModelLibrary& library() {
 /// A program that runs in a thread, watched and served.
 class Watched {
  public:
-  explicit Watched(bool realtime = false) {
+  explicit Watched(bool realtime = false, const std::string& file = kFile) {
     options.realtime = realtime;
     options.repeat = false;
     cell::OpenOptions opening;
     opening.realtime = realtime;
-    auto opened = cell::Session::open(kFile, library(), opening);
+    auto opened = cell::Session::open(file, library(), opening);
     EXPECT_TRUE(opened) << (opened ? "" : opened.error().to_string());
     session = std::move(*opened);
     run = std::make_unique<WatchedRun>(*session, options);
@@ -130,12 +132,48 @@ TEST(WatchedRun, StopEndsTheProgramEvenWhileTheTimeStands) {
 
 TEST(WatchedRun, NobodyElseCommandsAndItsTreeIsThatOfTheFile) {
   Watched watched;
-  EXPECT_EQ(watched.client().post("/v1/lease").status, 409);
+  EXPECT_EQ(watched.client().post("/v1/lease", {{"devices", {"arm"}}}).status, 409);
   const Json tree = watched.client().get("/v1/program/tree").json();
   ASSERT_EQ(tree["steps"].size(), 1u);
   EXPECT_EQ(tree["steps"][0]["name"], "measure the block");
   EXPECT_EQ(tree["steps"][0]["steps"][0]["pointer"], "/program/steps/0");
   EXPECT_TRUE(watched.client().get("/v1/state").json()["program"].get<bool>());
+}
+
+TEST(WatchedRun, OneClientAtATimeWritesTheChannelsOfTheProgramAndNothingElse) {
+  Watched watched(false, "scenarios/lessons/18-channels.json");
+  Client first = watched.client(), second = watched.client();
+  const std::string path = "/v1/channels/enabled";
+  EXPECT_EQ(first.ask("PUT", path, R"({"value": null})").status, 400) << "without a fence";
+  first.take_lease();
+  EXPECT_EQ(first.ask("PUT", path, R"({"value": null})").status, 200);
+  EXPECT_EQ(first.ask("PUT", path, R"({"value": null, "expires_at_cycle": 0})").status, 409) << "too late";
+  EXPECT_EQ(first.post("/v1/nets", {{"net", Json::object()}}).status, 409) << "devices are the program's";
+  EXPECT_EQ(second.post("/v1/lease").status, 409) << "somebody has it";
+  second.take_lease({{"take_over", true}});
+  EXPECT_EQ(first.ask("PUT", path, R"({"value": null})").status, 409);
+  EXPECT_EQ(second.ask("PUT", path, R"({"value": null})").status, 200);
+}
+
+TEST(WatchedRun, ALayoutBesideTheFileIsHandedOutAndABrokenOneIsReported) {
+  const std::filesystem::path folder = testing::TempDir() + "layouts";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(kFile, folder / "cell.json", std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::remove(folder / "cell.layout");
+  Watched watched(false, (folder / "cell.json").string());
+  const auto layout = [&](const std::string& text) {
+    if (!text.empty()) std::ofstream(folder / "cell.layout") << text;
+    return watched.client().get("/v1/layout").json();
+  };
+  EXPECT_TRUE(layout("")["layout"].is_null());
+  EXPECT_TRUE(layout("")["diagnostics"].empty());
+  const std::string good = R"({"columns": [{"panes": [{"show": "force", "sensor": "wrist", "max_N": 20}]}]})";
+  EXPECT_EQ(layout(good)["layout"], Json::parse(good));
+  const Json broken = layout(R"({"columns": [{"wide": 1, "panes": [
+      {"show": "force", "sensor": "wirst", "max_N": 20}, {"show": "view4d"}]}]})");
+  EXPECT_TRUE(broken["layout"].is_null());
+  ASSERT_EQ(broken["diagnostics"].size(), 3u) << broken;
+  EXPECT_FALSE(layout("{")["diagnostics"].empty());
 }
 
 TEST(WatchedRun, WhatIsDescribedOfAProgramIsThere) {

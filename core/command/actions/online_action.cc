@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/actions/linked_primitive.h"
-#include "core/command/actions/planned_path.h"
+#include "core/command/actions/tracking.h"
 #include "core/command/actions/velocity_action.h"
 #include "core/device/description.h"
 #include "core/expression/device_sensors.h"
@@ -21,50 +21,10 @@ using kinematics::JointVector;
 
 Json joints_json(const JointVector& q) { return net::value_to_json(net::JointArray(q)); }
 
-/// A figure of a parameters.
-struct Figure {
-  const char* name;
-  double value;
-  const char* unit;
-};
-
-/// All of them are above 0 and finite.
-Diagnostics check_positive(std::initializer_list<Figure> figures) {
-  Diagnostics diagnostics;
-  for (const auto& [name, value, unit] : figures) {
-    if (value > 0.0 && std::isfinite(value)) continue;
-    diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("{:g} {}", value, unit),
-                      "Give a number above 0, and finite");
-  }
-  return diagnostics;
-}
-
 void check_share(const char* name, double value, Diagnostics& diagnostics) {
   if (value > 0.0 && value <= 1.0) return;
   diagnostics.error(Code::kOutOfRange, pointer_segment(name), fmt::format("a share of {:g}", value),
                     "Choose a share above 0, at most 1");
-}
-
-void add_limit(expression::FragmentWriter& fragment, const ActuatorModel& actuator, const std::string& from,
-               const TrackingParameters& parameters) {
-  const auto speed = speed_on(actuator, parameters.speed);
-  const std::string limited = speed ? "limited" : "wanted";
-  add_linked(fragment, limited, "LimitTwist", {{"input", from}},
-             {{"linear_max", parameters.linear_max}, {"angular_max", parameters.angular_max}});
-  if (!speed) return;
-  add_linked(fragment, "wanted", "ScaleTwist", {{"twist", "limited.value"}});
-  fragment.feed(speed->node(), "wanted.factor");
-}
-
-ToolSpeed speed_of(const TrackingParameters& parameters) {
-  return {.linear = parameters.linear_max, .angular = parameters.angular_max};
-}
-
-/// What it follows, and its speed.
-std::vector<expression::ExpressionPtr> with_speed(std::vector<expression::ExpressionPtr> formulas,
-                                                  const TrackingParameters& parameters) {
-  if (parameters.speed) formulas.push_back(parameters.speed->node());
-  return formulas;
 }
 
 constexpr double kShortest = 1e-9;  ///< of a direction that is none
@@ -82,7 +42,7 @@ class Jog final : public VelocityModel {
     return with_speed({velocity_, enabled_}, bounds_);
   }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
-    return check_positive({{"linear_max", bounds_.linear_max, "m/s"}, {"angular_max", bounds_.angular_max, "rad/s"}});
+    return check_figures({{"linear_max", bounds_.linear_max, "m/s"}, {"angular_max", bounds_.angular_max, "rad/s"}});
   }
 
  private:
@@ -90,7 +50,10 @@ class Jog final : public VelocityModel {
     fragment.add("held", "GateTwist");
     fragment.feed(velocity_, "held.input");
     fragment.feed(enabled_, "held.open");
-    add_limit(fragment, actuator, "held.value", bounds_);
+    add_with_speed(fragment, actuator, bounds_, [this, &fragment](const std::string& id) {
+      add_linked(fragment, id, "LimitTwist", {{"input", "held.value"}},
+                 {{"linear_max", bounds_.linear_max}, {"angular_max", bounds_.angular_max}});
+    });
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(bounds_); }
 
@@ -108,13 +71,7 @@ class FollowPose final : public VelocityModel {
     if (parameters_.target_twist) formulas.push_back(parameters_.target_twist->node());
     return with_speed(std::move(formulas), parameters_);
   }
-  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
-    return check_positive({{"linear_max", parameters_.linear_max, "m/s"},
-                           {"angular_max", parameters_.angular_max, "rad/s"},
-                           {"gain", parameters_.gain, "1/s"},
-                           {"distance", parameters_.distance, "m"},
-                           {"angle", parameters_.angle, "rad"}});
-  }
+  [[nodiscard]] Diagnostics check(const ActuatorModel&) const override { return check_tracking(parameters_); }
   [[nodiscard]] std::vector<std::string> states() const override { return {"arrived", "error"}; }
 
   [[nodiscard]] std::string add_state(expression::FragmentWriter& fragment, const std::string& name,
@@ -136,13 +93,10 @@ class FollowPose final : public VelocityModel {
     add_tool(fragment, actuator, "now", "set_point_q");
     add_linked(fragment, "difference", "FrameDifference", {{"from", "now.frame"}});
     fragment.feed(target_, "difference.to");
-    fragment.add("gain", "ConstantReal", {{"value", parameters_.gain}});
-    add_linked(fragment, "velocity", "ScaleTwist", {{"twist", "difference.value"}, {"factor", "gain.value"}});
-    if (!parameters_.target_twist) return add_limit(fragment, actuator, "velocity.value", parameters_);
+    if (!parameters_.target_twist) return add_tracking(fragment, actuator, parameters_, "");
     fragment.add("target_twist", "DefaultToTwist", {{"fallback", net::value_to_json(net::Twist{})}});
     fragment.feed(parameters_.target_twist->node(), "target_twist.input");
-    add_linked(fragment, "with_target", "AddTwists", {{"a", "velocity.value"}, {"b", "target_twist.value"}});
-    add_limit(fragment, actuator, "with_target.value", parameters_);
+    add_tracking(fragment, actuator, parameters_, "target_twist.value");
   }
   [[nodiscard]] std::optional<ToolSpeed> speed() const override { return speed_of(parameters_); }
 
@@ -162,13 +116,13 @@ class HoldForce final : public VelocityModel {
   [[nodiscard]] std::string_view name() const override { return "hold force"; }
   [[nodiscard]] std::vector<expression::ExpressionPtr> formulas() const override { return {pressing_, direction_}; }
   [[nodiscard]] Diagnostics check(const ActuatorModel&) const override {
-    Diagnostics diagnostics = check_positive({{"force", parameters_.force, "N"},
-                                              {"approach_velocity", parameters_.approach_velocity, "m/s"},
-                                              {"contact_force", parameters_.contact_force, "N"},
-                                              {"release_time", parameters_.release_time, "s"},
-                                              {"gain", parameters_.gain.value_or(1.0), "m/s/N"},
-                                              {"velocity_max", parameters_.velocity_max, "m/s"},
-                                              {"acceleration_max", parameters_.acceleration_max, "m/s^2"}});
+    Diagnostics diagnostics = check_figures({{"force", parameters_.force, "N"},
+                                             {"approach_velocity", parameters_.approach_velocity, "m/s"},
+                                             {"contact_force", parameters_.contact_force, "N"},
+                                             {"release_time", parameters_.release_time, "s"},
+                                             {"gain", parameters_.gain.value_or(1.0), "m/s/N"},
+                                             {"velocity_max", parameters_.velocity_max, "m/s"},
+                                             {"acceleration_max", parameters_.acceleration_max, "m/s^2"}});
     check_share("release_share", parameters_.release_share, diagnostics);
     check_share("band", parameters_.band, diagnostics);
     return diagnostics;

@@ -1,27 +1,12 @@
 #pragma once
 
-#include <optional>
-
 #include "core/command/action.h"
 #include "core/command/actions/force_control_parameters.h"
+#include "core/command/actions/tracking.h"
 
 /// Actions that find their set points in the cycle, from sensors; they need no plan and go on until they are cancelled,
 /// and come to rest then. Realtime: setup.
 namespace takt::command {
-
-/// Bounds of a velocity, and how hard a difference is followed.
-struct TrackingParameters {
-  double linear_max = 0.1;   ///< m/s
-  double angular_max = 0.5;  ///< rad/s
-  double gain = 4.0;         ///< velocity for a difference, 1/s
-  double distance = 1e-4;    ///< of `arrived`, m
-  double angle = 1e-3;       ///< of `arrived`, rad
-  /// Share of the wanted velocity, 0 to 1, beside the speed of the actuator; 0 or null: the arm rests.
-  std::optional<expression::RealSensor> speed = {};
-  /// Of `follow`: velocity of the target, of its origin in the axes of the arm's base. It is fed forward, so that the
-  /// tool does not lag behind. Nothing or null: only the difference is followed.
-  std::optional<expression::TwistSensor> target_twist = {};
-};
 
 /// Manual control: the tool centre point moves with a velocity in the axes of the base while a dead-man switch is held.
 /// When the switch falls, does not answer, or the velocity is not there, the arm comes to rest within its limits.

@@ -47,7 +47,7 @@ command::TrackingParameters tool_limits(const P& p) {
 }
 
 /// A channel by its name. Its type can only be checked where channels are known.
-void check_channel(const std::string& name, net::ValueType type, const ReadContext& from);
+void check_channel(const std::string& name, net::ValueType type, const ReadContext& from, const char* key = "channel");
 
 /// What moves an arm until it is cancelled, or until a time or a condition.
 class OnlineCommand : public OperationCommand {
@@ -62,6 +62,8 @@ class OnlineCommand : public OperationCommand {
   template <class P>
   explicit OnlineCommand(const P& p) : OperationCommand(p), end_{p.arm, p.seconds, p.until} {}
   [[nodiscard]] virtual command::Action action_of(const BuildContext& context) const = 0;
+  /// What ends it, or is observed, beside time and `until`. By default nothing. @param key  as in make()
+  virtual void add_ends(MadeCommand&, const BuildContext&, const std::string& key) const { (void)key; }
 
  private:
   OnlineEnd end_;

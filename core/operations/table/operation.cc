@@ -26,6 +26,7 @@ namespace takt::operations {
   add(hold) \
   add(jog) \
   add(lin) \
+  add(look_at) \
   add(motions) \
   add(move) \
   add(net) \

@@ -24,6 +24,7 @@
 #include "core/operations/online/freedrive.h"
 #include "core/operations/online/hold.h"
 #include "core/operations/online/jog.h"
+#include "core/operations/online/look_at.h"
 #include "tests/core/command/command_cell.h"
 #include "tests/support/reports.h"
 
@@ -77,6 +78,9 @@ std::vector<Pair> good_pairs(const Eigen::Vector3d& p_B) {
       {"jog", R"({"while": {"input": "button", "is": true}, "linear_m_s": [0.1, 0, 0], "linear_max_m_s": 0.05})",
        program(jog_parameters, jog_command,
                {.enabled = button, .linear = Eigen::Vector3d(0.1, 0, 0), .linear_max = 0.05})},
+      {"look_at", R"({"at": "block", "distance_m": 0.4, "on_unreachable": "fail", "seconds": 2})",
+       program(look_at_parameters, look_at_command,
+               {.at = "block", .distance = 0.4, .must_reach = true, .seconds = 2.0})},
       {"follow", R"({"channel": "target", "linear_max_m_s": 0.2, "seconds": 2})",
        program(follow_parameters, follow_command, {.channel = "target", .linear_max = 0.2, .seconds = 2.0})},
       {"grip", R"({"width_m": 0.02, "force_N": 20, "expect": "any"})",
@@ -106,6 +110,8 @@ std::vector<Pair> bad_pairs() {
        program(wipe_parameters, wipe_command, {.in = "world", .width = 2.0, .pitch = 0.001, .velocity = 3.0})},
       {"hold", R"({"seconds": -1})", program(hold_parameters, hold_command, {.seconds = -1.0})},
       {"jog", R"({"linear_max_m_s": 7})", program(jog_parameters, jog_command, {.linear_max = 7.0})},
+      {"look_at", R"({"at": "block", "distance_m": 0})",
+       program(look_at_parameters, look_at_command, {.at = "block", .distance = 0.0})},
       {"follow", R"({"angular_max_deg_s": 0})", program(follow_parameters, follow_command, {.angular_max = 0.0})},
       {"grip", R"({"force_N": 0, "gripper": "hand"})",
        program(grip_parameters, close_command, {.gripper = "hand", .force = 0.0})},
