@@ -48,8 +48,7 @@ std::string arc_cosine(std::span<const Value> arguments, Value& result) {
 }
 std::string arc_tangent(std::span<const Value> arguments, Value& result) {
   if (!arguments[1].is_number()) return "unexpected argument " + to_string(arguments[1]);
-  return of_number(arguments, result,
-                   [&](double y) { return std::atan2(y, arguments[1].number()) / kToRadians; });
+  return of_number(arguments, result, [&](double y) { return std::atan2(y, arguments[1].number()) / kToRadians; });
 }
 std::string inverse(std::span<const Value> arguments, Value& result) {
   if (!arguments[0].has("X")) return "unexpected argument " + to_string(arguments[0]);
@@ -139,12 +138,16 @@ bool equal(const Value& left, const Value& right) {
   if (left.is_number() && right.is_number()) return left.number() == right.number();
   if (left.kind != right.kind) return false;
   switch (left.kind) {
-    case Value::Kind::kBool: return left.truth == right.truth;
+    case Value::Kind::kBool:
+      return left.truth == right.truth;
     case Value::Kind::kText:
-    case Value::Kind::kEnum: return left.text == right.text;
+    case Value::Kind::kEnum:
+      return left.text == right.text;
     case Value::Kind::kStructure:
-    case Value::Kind::kArray: return std::ranges::equal(left.parts, right.parts, equal);
-    default: return true;
+    case Value::Kind::kArray:
+      return std::ranges::equal(left.parts, right.parts, equal);
+    default:
+      return true;
   }
 }
 
@@ -154,13 +157,15 @@ std::string operate(Operator op, const Value& left, const Value& right, Value& r
   const bool integers = left.kind == Value::Kind::kInt && right.kind == Value::Kind::kInt;
   const bool truths = left.kind == Value::Kind::kBool && right.kind == Value::Kind::kBool;
   switch (op) {
-    case Operator::kGeometric: return geometric(left, right, result);
+    case Operator::kGeometric:
+      return geometric(left, right, result);
     case Operator::kEqual:
     case Operator::kNotEqual:
     case Operator::kLess:
     case Operator::kLessEqual:
     case Operator::kGreater:
-    case Operator::kGreaterEqual: return compare(op, left, right, result);
+    case Operator::kGreaterEqual:
+      return compare(op, left, right, result);
     case Operator::kAnd:
     case Operator::kOr:
     case Operator::kExor:

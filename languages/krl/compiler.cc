@@ -1,7 +1,6 @@
 // Names, types and jumps.
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <map>
 #include <utility>
 
@@ -10,6 +9,7 @@
 #include "languages/krl/builtins.h"
 #include "languages/krl/lexer.h"
 #include "languages/krl/program.h"
+#include "languages/krl/type_table.h"
 
 namespace takt::languages::krl {
 namespace {
@@ -30,17 +30,14 @@ constexpr std::array<LiveName, 9> kLiveNames{{{"$IN", Live::kIn},
                                               {"$TIMER", Live::kTimer},
                                               {"$TIMER_STOP", Live::kTimerStop},
                                               {"$CYCFLAG", Live::kCyclicFlag}}};
-/// Elements of one array at most.
-constexpr std::int64_t kMostElements = 100'000;
 
 class Compiler {
  public:
   Compiler(Program& program, const std::set<std::string, std::less<>>& calls, Diagnostics& diagnostics)
-      : program_(program), calls_(calls), diagnostics_(diagnostics) {}
+      : program_(program), calls_(calls), diagnostics_(diagnostics), types_(program, diagnostics) {}
 
   void compile() {
-    for (std::size_t m = 0; m < program_.modules.size(); ++m) declare_types(static_cast<int>(m));
-    for (std::size_t m = 0; m < program_.modules.size(); ++m) complete_types(static_cast<int>(m));
+    types_.declare();
     program_.variables.resize(program_.modules.size());
     for (std::size_t m = 0; m < program_.modules.size(); ++m) declare_data(static_cast<int>(m));
     for (std::size_t m = 0; m < program_.modules.size(); ++m) bind_initial(static_cast<int>(m));
@@ -69,92 +66,6 @@ class Compiler {
     error_at(diagnostics_, in_data_ ? module.data_file : module.file, at, code, std::move(message), std::move(hint));
   }
 
-  // -- Types ---------------------------------------------------------------------------------------------------------
-
-  void declare_types(int m) {
-    module_ = m;
-    for (const TypeDeclaration& one : program_.modules[static_cast<std::size_t>(m)].types) {
-      auto& known = types_[static_cast<std::size_t>(m)];
-      if (known.contains(one.name)) {
-        error(one.at, Code::kDuplicate, fmt::format("there are two types '{}'", one.name), "Rename one of them");
-        continue;
-      }
-      if (one.is_enumeration) {
-        program_.enumerations.push_back(std::make_unique<Enumeration>(Enumeration{one.name, one.constants}));
-        known[one.name] = {Type::Kind::kEnum, nullptr, program_.enumerations.back().get()};
-      } else {
-        program_.structures.push_back(std::make_unique<Structure>(Structure{one.name, {}}));
-        known[one.name] = {Type::Kind::kStructure, program_.structures.back().get(), nullptr};
-      }
-    }
-  }
-
-  /// A structure has structures that were declared before it: so none contains itself.
-  void complete_types(int m) {
-    module_ = m;
-    for (const TypeDeclaration& one : program_.modules[static_cast<std::size_t>(m)].types) {
-      if (one.is_enumeration) continue;
-      auto* structure = const_cast<Structure*>(types_[static_cast<std::size_t>(m)][one.name].structure);
-      if (structure == nullptr || !structure->fields.empty()) continue;
-      for (const Declaration& field : one.fields) {
-        const Type type = type_named(field.type, field.at);
-        if (type.structure != nullptr && type.structure->fields.empty()) {
-          error(field.at, Code::kInvalidValue, fmt::format("'{}' is declared after '{}'", field.type, one.name),
-                "Declare it before");
-          continue;
-        }
-        structure->fields.push_back({field.name, type, sizes(field)});
-      }
-      std::int64_t left = kMostElements;
-      if ((void)make_value({Type::Kind::kStructure, structure, nullptr}, {}, left); left < 0) {
-        error(one.at, Code::kTooLarge, fmt::format("'{}' has more than {} elements", one.name, kMostElements),
-              "Make it smaller");
-        structure->fields.resize(1);
-        structure->fields[0].size.clear();
-        structure->fields[0].type = {Type::Kind::kReal, nullptr, nullptr};
-      }
-    }
-  }
-
-  Type type_named(const std::string& name, const TextLocation& at) {
-    constexpr std::array<std::pair<std::string_view, Type::Kind>, 4> kPlain{
-        {{"BOOL", Type::Kind::kBool}, {"INT", Type::Kind::kInt}, {"REAL", Type::Kind::kReal}, {"CHAR", Type::Kind::kChar}}};
-    for (const auto& [word, kind] : kPlain)
-      if (name == word) return {kind, nullptr, nullptr};
-    const auto& own = types_[static_cast<std::size_t>(module_)];
-    if (const auto found = own.find(name); found != own.end()) return found->second;
-    for (const auto& [module, types] : types_)
-      if (const auto found = types.find(name); found != types.end()) return found->second;
-    if (!name.empty()) {
-      std::vector<std::string> names{"BOOL", "INT", "REAL", "CHAR"};
-      for (const auto& [module, types] : types_)
-        for (const auto& [known, type] : types) names.push_back(known);
-      error(at, Code::kUnknownName, fmt::format("there is no type '{}'", name), nearest_choice(name, names));
-    }
-    return {};
-  }
-
-  std::vector<int> sizes(const Declaration& one) {
-    std::vector<int> all;
-    std::int64_t count = 1;
-    for (const ExpressionPtr& size : one.size) {
-      const bool known = size != nullptr && size->kind == Expression::Kind::kLiteral &&
-                         size->value.kind == Value::Kind::kInt && size->value.integer > 0;
-      const std::int64_t number = known ? size->value.integer : 1;
-      if (!known && !(one.size.size() == 1 && size == nullptr))
-        error(one.at, Code::kInvalidValue, fmt::format("the size of '{}' is no number above 0", one.name),
-              "Write a whole number");
-      count = std::min(count * number, kMostElements + 1);
-      all.push_back(static_cast<int>(std::min(number, kMostElements + 1)));
-    }
-    if (count > kMostElements || all.size() > 3) {
-      error(one.at, Code::kTooLarge, fmt::format("'{}' is too large", one.name),
-            fmt::format("Use at most 3 indices and {} elements", kMostElements));
-      all = {1};
-    }
-    return all;
-  }
-
   // -- Variables -----------------------------------------------------------------------------------------------------
 
   static int find(const std::vector<Variable>& variables, std::string_view name) {
@@ -165,7 +76,7 @@ class Compiler {
   void add(std::vector<Variable>& to, const Declaration& one) {
     if (find(to, one.name) >= 0)
       error(one.at, Code::kDuplicate, fmt::format("'{}' is declared twice", one.name), "Remove one of them");
-    to.push_back({one.name, type_named(one.type, one.at), sizes(one), one.is_constant});
+    to.push_back({one.name, types_.find(one.type, one.at, module_, in_data_), types_.sizes(one), one.is_constant});
   }
 
   void declare_data(int m) {
@@ -184,8 +95,7 @@ class Compiler {
     in_data_ = false;
     for (const Signal& one : program_.modules[static_cast<std::size_t>(m)].signals)
       if (one.last)
-        error(one.at, Code::kUnsupported, fmt::format("'{}' is a group of signals", one.name),
-              "Use single signals");
+        error(one.at, Code::kUnsupported, fmt::format("'{}' is a group of signals", one.name), "Use single signals");
   }
 
   /// A variable of this module or one that all see. @return false: there is none
@@ -229,9 +139,12 @@ class Compiler {
   /// @param calls  whether it may call functions of the program
   void bind(Expression& one, bool calls = true) {
     switch (one.kind) {
-      case Expression::Kind::kName: return bind_name(one);
-      case Expression::Kind::kIndex: return bind_index(one, calls);
-      case Expression::Kind::kCall: return bind_call(one, calls);
+      case Expression::Kind::kName:
+        return bind_name(one);
+      case Expression::Kind::kIndex:
+        return bind_index(one, calls);
+      case Expression::Kind::kCall:
+        return bind_call(one, calls);
       default:
         for (const ExpressionPtr& part : one.parts)
           if (part) bind(*part, calls);
@@ -246,7 +159,8 @@ class Compiler {
         return;
       }
     }
-    if (const Signal* signal = find_signal(one.name); signal != nullptr && signal->first->kind == Expression::Kind::kIndex) {
+    if (const Signal* signal = find_signal(one.name);
+        signal != nullptr && signal->first->kind == Expression::Kind::kIndex) {
       one.kind = Expression::Kind::kIndex;
       one.parts.push_back(copy(*signal->first->parts[0]));
       one.parts.push_back(copy(*signal->first->parts[1]));
@@ -332,7 +246,8 @@ class Compiler {
 
   void check_builtin(const Expression& one) {
     const Builtin& builtin = *find_builtin(one.name);
-    if (one.parts.size() != builtin.arguments || std::ranges::any_of(one.parts, [](const ExpressionPtr& part) { return part == nullptr; }))
+    if (one.parts.size() != builtin.arguments ||
+        std::ranges::any_of(one.parts, [](const ExpressionPtr& part) { return part == nullptr; }))
       error(one.at, Code::kWrongSize, fmt::format("'{}' with {} arguments", one.name, one.parts.size()),
             fmt::format("Give {}", builtin.arguments));
   }
@@ -381,7 +296,7 @@ class Compiler {
     module_ = function_->module;
     const Function& source = *function_->source;
     function_->begin = program_.code.size();
-    if (!source.result.empty()) function_->result = type_named(source.result, source.at);
+    if (!source.result.empty()) function_->result = types_.find(source.result, source.at, module_, false);
     for (const Parameter& one : source.parameters) {
       const auto declared = std::ranges::find(source.declarations, one.name, &Declaration::name);
       if (declared == source.declarations.end()) {
@@ -436,12 +351,16 @@ class Compiler {
 
   void statement(const Statement& one) {
     switch (one.kind) {
-      case Kind::kIf: return if_statement(one);
+      case Kind::kIf:
+        return if_statement(one);
       case Kind::kLoop:
       case Kind::kWhile:
-      case Kind::kRepeat: return loop(one);
-      case Kind::kFor: return for_loop(one);
-      case Kind::kSwitch: return selection(one);
+      case Kind::kRepeat:
+        return loop(one);
+      case Kind::kFor:
+        return for_loop(one);
+      case Kind::kSwitch:
+        return selection(one);
       case Kind::kGoto: {
         jumps_.emplace_back(emit({.code = OpCode::kJump, .statement = &one}), &one);
         return;
@@ -461,8 +380,10 @@ class Compiler {
         if (one.a) bind(*one.a);
         emit({.code = OpCode::kReturn, .statement = &one, .a = one.a.get()});
         return;
-      case Kind::kCall: return call(one);
-      default: return execute(one);
+      case Kind::kCall:
+        return call(one);
+      default:
+        return execute(one);
     }
   }
 
@@ -570,10 +491,15 @@ class Compiler {
       case Kind::kWaitFor:
       case Kind::kHalt:
       case Kind::kPulse:
-      case Kind::kInterruptSwitch: stops_ = true; break;
+      case Kind::kInterruptSwitch:
+        stops_ = true;
+        break;
       case Kind::kTrigger:
-      case Kind::kInterruptDeclare: stops_ = false; break;
-      default: break;
+      case Kind::kInterruptDeclare:
+        stops_ = false;
+        break;
+      default:
+        break;
     }
     emit({.code = OpCode::kExecute, .statement = &one});
   }
@@ -625,7 +551,8 @@ class Compiler {
 
   void check_target(const Statement& one) {
     const Expression* root = one.a.get();
-    while (root->kind == Expression::Kind::kField || root->kind == Expression::Kind::kIndex) root = root->parts[0].get();
+    while (root->kind == Expression::Kind::kField || root->kind == Expression::Kind::kIndex)
+      root = root->parts[0].get();
     if (root->kind != Expression::Kind::kName)
       return error(one.at, Code::kSyntax, "what cannot be assigned", "Write a variable");
     const bool is_local = root->where == Expression::Where::kLocal;
@@ -634,8 +561,8 @@ class Compiler {
     if (root->where == Expression::Where::kModule)
       variable = &program_.variables[static_cast<std::size_t>(root->module)][static_cast<std::size_t>(root->slot)];
     const auto live = static_cast<Live>(root->live);
-    const bool reads_only = root->where == Expression::Where::kLive &&
-                            (live == Live::kIn || live == Live::kAnalogIn || live == Live::kPosition || live == Live::kAxes);
+    const bool reads_only = root->where == Expression::Where::kLive && (live == Live::kIn || live == Live::kAnalogIn ||
+                                                                        live == Live::kPosition || live == Live::kAxes);
     if (reads_only || (variable != nullptr && variable->is_constant))
       error(one.at, Code::kConflict, fmt::format("'{}' cannot be written", root->name), "Assign another variable");
   }
@@ -643,7 +570,7 @@ class Compiler {
   Program& program_;
   const std::set<std::string, std::less<>>& calls_;
   Diagnostics& diagnostics_;
-  std::map<std::size_t, std::map<std::string, Type, std::less<>>> types_;
+  TypeTable types_;
   CompiledFunction* function_ = nullptr;
   int module_ = 0;
   bool in_data_ = false, stops_ = false, writes_ = false;
@@ -652,30 +579,7 @@ class Compiler {
   std::vector<std::vector<int>> exits_;
 };
 
-void collect_calls(const Block& statements, std::set<std::string, std::less<>>& names);
-
-void collect_calls(const Expression* one, std::set<std::string, std::less<>>& names) {
-  if (one == nullptr) return;
-  if (one->kind == Expression::Kind::kCall && find_builtin(one->name) == nullptr) names.insert(one->name);
-  for (const ExpressionPtr& part : one->parts) collect_calls(part.get(), names);
-}
-
-void collect_calls(const Block& statements, std::set<std::string, std::less<>>& names) {
-  for (const Statement& one : statements) {
-    for (const ExpressionPtr* part : {&one.a, &one.b, &one.c, &one.d}) collect_calls(part->get(), names);
-    for (const ExpressionPtr& goal : one.goals) collect_calls(goal.get(), names);
-    collect_calls(one.body, names);
-    collect_calls(one.otherwise, names);
-    for (const Case& each : one.cases) collect_calls(each.body, names);
-  }
-}
-
 }  // namespace
-
-const Structure* Program::structure(std::string_view name) const {
-  const auto found = std::ranges::find_if(structures, [&](const auto& one) { return one->name == name; });
-  return found == structures.end() ? nullptr : found->get();
-}
 
 Result<std::shared_ptr<const Program>> compile(const std::vector<ModuleText>& modules,
                                                const std::set<std::string, std::less<>>& calls) {
@@ -686,23 +590,6 @@ Result<std::shared_ptr<const Program>> compile(const std::vector<ModuleText>& mo
   if (!diagnostics.has_errors()) Compiler(*program, calls, diagnostics).compile();
   if (diagnostics.has_errors()) return std::unexpected(std::move(diagnostics));
   return std::shared_ptr<const Program>(std::move(program));
-}
-
-std::set<std::string, std::less<>> missing_programs(const std::vector<ModuleText>& modules) {
-  Diagnostics unread;
-  std::set<std::string, std::less<>> called, known;
-  std::vector<ModuleText> all = modules;
-  all.push_back(prelude());
-  for (const ModuleText& text : all) {
-    const Module module = parse_module(text, unread);
-    for (const Function& one : module.functions) {
-      known.insert(one.name);
-      collect_calls(one.body, called);
-    }
-  }
-  std::set<std::string, std::less<>> missing;
-  std::ranges::set_difference(called, known, std::inserter(missing, missing.begin()));
-  return missing;
 }
 
 }  // namespace takt::languages::krl

@@ -43,7 +43,9 @@ class Lexer {
 
  private:
   [[nodiscard]] TextLocation here() const { return {line_, static_cast<int>(at_ - line_begin_) + 1}; }
-  [[nodiscard]] char peek(std::size_t ahead = 0) const { return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0'; }
+  [[nodiscard]] char peek(std::size_t ahead = 0) const {
+    return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0';
+  }
 
   void add(Token::Kind kind, std::string text) { tokens_.push_back({kind, std::move(text), {}, here()}); }
 

@@ -26,8 +26,8 @@ struct Token {
 void error_at(Diagnostics& diagnostics, const std::string& file, const TextLocation& at, Code code, std::string message,
               std::string hint = {});
 
-/// The words of a text: comments, folds and headers (`&...`) are left out; a line ends with kLineEnd, the text with kEnd.
-/// Diagnostics: characters that no word has, texts without an end, a text above 1 MiB. Realtime: setup.
+/// The words of a text: comments, folds and headers (`&...`) are left out; a line ends with kLineEnd, the text with
+/// kEnd. Diagnostics: characters that no word has, texts without an end, a text above 1 MiB. Realtime: setup.
 [[nodiscard]] std::vector<Token> tokenize(std::string_view text, const std::string& file, Diagnostics& diagnostics);
 
 }  // namespace takt::languages::krl

@@ -153,9 +153,8 @@ Machine::Step Machine::step(const Instruction& one) {
     case OpCode::kSet: {
       Value value = one.a != nullptr ? evaluate(*one.a) : Value::of(std::int64_t{1});
       if (failed()) return Step::kStay;
-      const Type type = program_.functions[static_cast<std::size_t>(frame.function)]
-                            .locals[static_cast<std::size_t>(one.x)]
-                            .type;
+      const Type type =
+          program_.functions[static_cast<std::size_t>(frame.function)].locals[static_cast<std::size_t>(one.x)].type;
       if (one.a != nullptr && one.a->kind == Expression::Kind::kAggregate) value = evaluate(*one.a, type.structure);
       const std::string wrong = assign(frame.locals[static_cast<std::size_t>(one.x)], type, value);
       if (!wrong.empty()) fail(one.a != nullptr ? one.a->at : at(), Code::kWrongType, wrong, "Check the value");
@@ -166,7 +165,9 @@ Machine::Step Machine::step(const Instruction& one) {
       ++frame.at;
       if (!call(one.x, one.a, one.y)) return Step::kStay;
       return Step::kNext;
-    case OpCode::kJump: jump(one.x); return Step::kNext;
+    case OpCode::kJump:
+      jump(one.x);
+      return Step::kNext;
     case OpCode::kJumpBack:
       jump(one.x);
       return std::exchange(asked_, false) ? Step::kYield : Step::kNext;
@@ -200,7 +201,9 @@ Machine::Step Machine::step(const Instruction& one) {
         ++frame.at;
       }
       return Step::kNext;
-    case OpCode::kReturn: leave(one.a); return Step::kNext;
+    case OpCode::kReturn:
+      leave(one.a);
+      return Step::kNext;
   }
   return Step::kNext;
 }
@@ -285,8 +288,7 @@ void Machine::leave(const Expression* value) {
   }
   if (over.result < 0) return;
   if (result.nothing())
-    fail(over.call->at, Code::kMissing, fmt::format("'{}' ended without RETURN", left.source->name),
-         "Return a value");
+    fail(over.call->at, Code::kMissing, fmt::format("'{}' ended without RETURN", left.source->name), "Return a value");
   frames_.back().locals[static_cast<std::size_t>(over.result)] = std::move(result);
 }
 
@@ -315,14 +317,23 @@ Machine::Step Machine::execute(const Statement& one) {
       assign_place(*one.a, evaluate(*one.b, type.structure));
       return Step::kNext;
     }
-    case Kind::kCall: host_.call(one.a->name, module_, one.at); return Step::kNext;
+    case Kind::kCall:
+      host_.call(one.a->name, module_, one.at);
+      return Step::kNext;
     case Kind::kMotion:
-    case Kind::kSpline: return move(one);
+    case Kind::kSpline:
+      return move(one);
     case Kind::kWaitSeconds:
-    case Kind::kWaitFor: return wait(one);
-    case Kind::kTrigger: pend_trigger(one); return Step::kNext;
-    case Kind::kInterruptDeclare: declare_interrupt(one); return Step::kNext;
-    case Kind::kInterruptSwitch: return switch_interrupts(one);
+    case Kind::kWaitFor:
+      return wait(one);
+    case Kind::kTrigger:
+      pend_trigger(one);
+      return Step::kNext;
+    case Kind::kInterruptDeclare:
+      declare_interrupt(one);
+      return Step::kNext;
+    case Kind::kInterruptSwitch:
+      return switch_interrupts(one);
     case Kind::kBrake:
       if (!in_interrupt()) {
         fail(one.at, Code::kNotPossibleNow, "BRAKE outside of an interrupt program", "Use WAIT, or remove it");
@@ -330,9 +341,14 @@ Machine::Step Machine::execute(const Statement& one) {
       }
       if (!std::exchange(braked_, true)) host_.brake();
       return Step::kNext;
-    case Kind::kResume: return resume(one);
-    case Kind::kHalt: halted_ = true; return Step::kStay;
-    case Kind::kContinue: continues_ = true; return Step::kNext;
+    case Kind::kResume:
+      return resume(one);
+    case Kind::kHalt:
+      halted_ = true;
+      return Step::kStay;
+    case Kind::kContinue:
+      continues_ = true;
+      return Step::kNext;
     case Kind::kPulse: {
       const Expression& signal = *one.a;
       const bool is_output = signal.kind == Expression::Kind::kIndex && signal.parts.size() == 2 &&
@@ -346,12 +362,13 @@ Machine::Step Machine::execute(const Statement& one) {
       const bool level = truth(*one.b);
       const double seconds = number(*one.c);
       if (failed()) return Step::kStay;
-      const std::string wrong = host_.write(Live::kOut, index, level ? 1.0 : 0.0, std::clamp(seconds, 0.001, 3600.0),
-                                            true);
+      const std::string wrong =
+          host_.write(Live::kOut, index, level ? 1.0 : 0.0, std::clamp(seconds, 0.001, 3600.0), true);
       if (!wrong.empty()) fail(one.at, Code::kUnknownName, wrong, "Name it in the map of the program");
       return Step::kNext;
     }
-    default: return Step::kNext;
+    default:
+      return Step::kNext;
   }
 }
 
@@ -447,8 +464,9 @@ void Machine::poll_interrupts() {
     if (!interrupt.on || interrupt.level >= frames_.size()) continue;
     // The condition is that of the program that declared it.
     module_ = interrupt.module;
-    std::vector<Frame> above(std::make_move_iterator(frames_.begin() + static_cast<std::ptrdiff_t>(interrupt.level) + 1),
-                             std::make_move_iterator(frames_.end()));
+    std::vector<Frame> above(
+        std::make_move_iterator(frames_.begin() + static_cast<std::ptrdiff_t>(interrupt.level) + 1),
+        std::make_move_iterator(frames_.end()));
     frames_.resize(interrupt.level + 1);
     const bool holds = truth(*interrupt.declared->b);
     for (Frame& one : above) frames_.push_back(std::move(one));

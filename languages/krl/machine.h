@@ -14,7 +14,7 @@ namespace takt::languages::krl {
 struct TriggerCommand {
   enum class Where : std::uint8_t { kStart, kEnd, kPath };
   Where where = Where::kStart;
-  double path = 0.0;   ///< m, of kPath: from the goal (negative: before it), or from the start
+  double path = 0.0;  ///< m, of kPath: from the goal (negative: before it), or from the start
   bool from_start = false;
   double delay = 0.0;  ///< s, >= 0
   Live output = Live::kOut;
@@ -38,8 +38,8 @@ struct MotionCommand {
   std::optional<double> velocity;          ///< m/s, of the tool
   std::optional<double> blend_distance;    ///< m
   std::optional<double> blend_fraction;    ///< share of the path
-  bool turns = false;    ///< the orientation changes
-  double length = 0.0;   ///< m, of a straight line
+  bool turns = false;                      ///< the orientation changes
+  double length = 0.0;                     ///< m, of a straight line
   std::vector<TriggerCommand> triggers;
   std::string label;
   int module = 0;

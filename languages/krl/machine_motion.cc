@@ -120,8 +120,7 @@ bool Machine::set_point(const Statement& one, const Expression& goal, MotionComm
   MotionCommand::Point point;
   if (is_axes(value)) {
     if (command.kind != MotionCommand::Kind::kPtp) {
-      fail(one.at, Code::kWrongType, fmt::format("{} to positions of axes", one.word),
-           "Give a pose, or use PTP");
+      fail(one.at, Code::kWrongType, fmt::format("{} to positions of axes", one.word), "Give a pose, or use PTP");
       return false;
     }
     const std::vector<double> last = last_axes_ ? *last_axes_ : host_.axes();
@@ -196,9 +195,8 @@ void Machine::set_blend(const std::vector<std::string>& words, const Eigen::Isom
   } else if (word == "C_VEL") {
     fraction(kHalf * (1.0 - std::clamp(apo.number_at("CVEL", 100.0) * kPercent, 0.0, 1.0)));
   } else if (command.points.back().axes.empty()) {
-    const double angle =
-        Eigen::AngleAxisd(before.linear().transpose() * command.points.back().X_BF.linear()).angle() * 180.0 /
-        std::numbers::pi;
+    const double angle = Eigen::AngleAxisd(before.linear().transpose() * command.points.back().X_BF.linear()).angle() *
+                         180.0 / std::numbers::pi;
     fraction(angle < 1e-6 ? kHalf : apo.number_at("CORI", 0.0) / angle);
   }
 }

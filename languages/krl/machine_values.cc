@@ -52,8 +52,10 @@ Value* Machine::place(const Expression& one, Type* type) {
       if (type != nullptr) *type = whole->structure->fields[static_cast<std::size_t>(at)].type;
       return &whole->parts[static_cast<std::size_t>(at)];
     }
-    case Expression::Kind::kIndex: return element(one, place(*one.parts[0], type));
-    default: break;
+    case Expression::Kind::kIndex:
+      return element(one, place(*one.parts[0], type));
+    default:
+      break;
   }
   fail(one.at, Code::kWrongType, "this is no variable", "Use a variable");
   return nullptr;
@@ -85,8 +87,10 @@ Value Machine::evaluate(const Expression& one, const Structure* wanted) {
   Value result;
   std::string wrong;
   switch (one.kind) {
-    case Expression::Kind::kLiteral: return one.value;
-    case Expression::Kind::kAggregate: return evaluate_aggregate(one, wanted);
+    case Expression::Kind::kLiteral:
+      return one.value;
+    case Expression::Kind::kAggregate:
+      return evaluate_aggregate(one, wanted);
     case Expression::Kind::kName:
     case Expression::Kind::kIndex:
     case Expression::Kind::kField: {
@@ -103,8 +107,7 @@ Value Machine::evaluate(const Expression& one, const Structure* wanted) {
           return {};
         }
         std::optional<std::int64_t> index;
-        if (one.kind == Expression::Kind::kIndex && one.parts.size() == 2)
-          index = std::llround(number(*one.parts[1]));
+        if (one.kind == Expression::Kind::kIndex && one.parts.size() == 2) index = std::llround(number(*one.parts[1]));
         return failed() ? Value() : evaluate_live(static_cast<Live>(root->live), index, one.at);
       }
       const Value* const found = place(one, nullptr);
@@ -119,7 +122,9 @@ Value Machine::evaluate(const Expression& one, const Structure* wanted) {
       wrong = find_builtin(one.name)->call(arguments, result);
       break;
     }
-    case Expression::Kind::kUnary: wrong = operate(one.op, evaluate(*one.parts[0]), result); break;
+    case Expression::Kind::kUnary:
+      wrong = operate(one.op, evaluate(*one.parts[0]), result);
+      break;
     case Expression::Kind::kBinary:
       wrong = operate(one.op, evaluate(*one.parts[0]), evaluate(*one.parts[1]), result);
       break;
@@ -200,7 +205,8 @@ Value Machine::evaluate_live(Live live, std::optional<std::int64_t> number, cons
     --cyclic_depth_;
     return value;
   }
-  const std::optional<double> value = host_.read(live, static_cast<int>(std::clamp<std::int64_t>(*number, -1, 1 << 20)));
+  const std::optional<double> value =
+      host_.read(live, static_cast<int>(std::clamp<std::int64_t>(*number, -1, 1 << 20)));
   if (!value) {
     fail(at, Code::kUnknownName, fmt::format("there is no signal {} here", *number),
          "Name it in the map of the program");

@@ -14,14 +14,14 @@ namespace {
 
 using Kind = Statement::Kind;
 
-constexpr std::array kMotionWords{"PTP",      "PTP_REL", "LIN",      "LIN_REL", "CIRC",  "CIRC_REL", "SPTP",
-                                  "SPTP_REL", "SLIN",    "SLIN_REL", "SCIRC",   "SPL",   "SCIRC_REL"};
+constexpr std::array kMotionWords{"PTP",      "PTP_REL", "LIN",      "LIN_REL", "CIRC", "CIRC_REL", "SPTP",
+                                  "SPTP_REL", "SLIN",    "SLIN_REL", "SCIRC",   "SPL",  "SCIRC_REL"};
 constexpr std::array kApproximations{"C_PTP", "C_DIS", "C_VEL", "C_ORI", "C_SPL"};
 /// Words of KRL that are refused here: what they do is nothing that takt has, or is not done yet.
 constexpr std::array kUnsupportedWords{
-    "ANOUT",   "ANIN",  "DIGIN",      "CHANNEL",   "COPEN",     "CCLOSE",  "CREAD",  "CWRITE",           "SREAD",
-    "SWRITE",  "IMPORT", "IS",        "TIME_BLOCK", "CONST_VEL", "STOP",   "CONFIRM", "ON_ERROR_PROCEED", "INVERSE",
-    "ASYPTP",  "ASYSTOP", "ASYCONT",  "ASYCANCEL", "MKSPTP",    "CAST_FROM", "CAST_TO"};
+    "ANOUT",  "ANIN",    "DIGIN",   "CHANNEL",    "COPEN",     "CCLOSE",    "CREAD",   "CWRITE",           "SREAD",
+    "SWRITE", "IMPORT",  "IS",      "TIME_BLOCK", "CONST_VEL", "STOP",      "CONFIRM", "ON_ERROR_PROCEED", "INVERSE",
+    "ASYPTP", "ASYSTOP", "ASYCONT", "ASYCANCEL",  "MKSPTP",    "CAST_FROM", "CAST_TO"};
 constexpr int kMostStatements = 20'000;
 
 template <class Words>
@@ -30,9 +30,8 @@ bool one_of(const Words& words, std::string_view word) {
 }
 
 /// Ends of blocks: a block is left at any of them, and whoever opened it says which one it must be.
-constexpr std::array kBlockEnds{"ENDIF", "ELSE",    "ENDLOOP", "ENDWHILE", "ENDFOR", "UNTIL",  "ENDSWITCH",
-                                "CASE",  "DEFAULT", "END",     "ENDFCT",   "ENDDAT", "DEF",    "DEFFCT",
-                                "ENDSPLINE"};
+constexpr std::array kBlockEnds{"ENDIF",   "ELSE", "ENDLOOP", "ENDWHILE", "ENDFOR", "UNTIL",  "ENDSWITCH", "CASE",
+                                "DEFAULT", "END",  "ENDFCT",  "ENDDAT",   "DEF",    "DEFFCT", "ENDSPLINE"};
 
 class Parser {
  public:
@@ -140,11 +139,11 @@ class Parser {
     if (first.kind != Token::Kind::kName) return false;
     for (const char* word : {"DECL", "GLOBAL", "CONST", "STRUC", "ENUM", "EXT", "EXTP", "EXTFCT", "EXTFCTP", "SIGNAL"})
       if (first.text == word && !(first.text == "GLOBAL" && in_.peek(1).is("INTERRUPT"))) return true;
-    const bool keyword = one_of(kMotionWords, first.text) || one_of(kUnsupportedWords, first.text) ||
-                         one_of(kBlockEnds, first.text);
-    constexpr std::array kStatements{"IF",   "LOOP",  "WHILE", "REPEAT", "FOR",     "SWITCH",    "GOTO",  "EXIT",
-                                     "HALT", "WAIT",  "RETURN", "BRAKE", "RESUME",  "INTERRUPT", "PULSE", "TRIGGER",
-                                     "CONTINUE", "SPLINE", "GLOBAL", "PTP_SPLINE", "ELSEIF"};
+    const bool keyword =
+        one_of(kMotionWords, first.text) || one_of(kUnsupportedWords, first.text) || one_of(kBlockEnds, first.text);
+    constexpr std::array kStatements{"IF",    "LOOP",    "WHILE",    "REPEAT", "FOR",    "SWITCH",     "GOTO",
+                                     "EXIT",  "HALT",    "WAIT",     "RETURN", "BRAKE",  "RESUME",     "INTERRUPT",
+                                     "PULSE", "TRIGGER", "CONTINUE", "SPLINE", "GLOBAL", "PTP_SPLINE", "ELSEIF"};
     return !keyword && !one_of(kStatements, first.text) && in_.peek(1).kind == Token::Kind::kName;
   }
 
@@ -494,8 +493,8 @@ class Parser {
     in_.end_line();
     made.body = block();
     for (const Statement& one : made.body) {
-      const bool segment = one.kind == Kind::kMotion && one.word.starts_with('S') && one.word != "SPTP" &&
-                           one.word != "SPTP_REL";
+      const bool segment =
+          one.kind == Kind::kMotion && one.word.starts_with('S') && one.word != "SPTP" && one.word != "SPTP_REL";
       if (!segment)
         in_.error(one.at, Code::kUnsupported, "no segment of a spline", "Use SPL, SLIN and SCIRC inside of SPLINE");
     }

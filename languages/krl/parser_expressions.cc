@@ -39,12 +39,18 @@ ExpressionPtr make(Expression::Kind kind, const TextLocation& at) {
 
 std::string shown(const Token& token) {
   switch (token.kind) {
-    case Token::Kind::kLineEnd: return "the end of the line";
-    case Token::Kind::kEnd: return "the end of the file";
-    case Token::Kind::kConstant: return "'#" + token.text + "'";
-    case Token::Kind::kText: return "a text";
-    case Token::Kind::kNumber: return "a number";
-    default: return "'" + token.text + "'";
+    case Token::Kind::kLineEnd:
+      return "the end of the line";
+    case Token::Kind::kEnd:
+      return "the end of the file";
+    case Token::Kind::kConstant:
+      return "'#" + token.text + "'";
+    case Token::Kind::kText:
+      return "a text";
+    case Token::Kind::kNumber:
+      return "a number";
+    default:
+      return "'" + token.text + "'";
   }
 }
 
@@ -236,7 +242,8 @@ ExpressionPtr ParserState::primary() {
       made->value = Value::constant(take().text);
       return made;
     }
-    case Token::Kind::kName: break;
+    case Token::Kind::kName:
+      break;
     default:
       if (token.is("{")) return aggregate();
       if (accept("(")) {

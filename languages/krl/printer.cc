@@ -10,7 +10,7 @@ namespace {
 
 using Kind = Statement::Kind;
 
-constexpr std::array kOperatorWords{"",   "+", "-",  "*",   "/",  ":",    "==",  "<>", "<",     "<=",   ">",
+constexpr std::array kOperatorWords{"",   "+",   "-",  "*",    "/",    ":", "==",    "<>",   "<",      "<=",    ">",
                                     ">=", "AND", "OR", "EXOR", "NOT ", "-", "B_AND", "B_OR", "B_EXOR", "B_NOT "};
 
 std::string joined(const std::vector<ExpressionPtr>& parts, std::size_t first = 0) {
@@ -88,18 +88,30 @@ class Printer {
   static std::string simple(const Statement& one) {
     const auto text = [](const ExpressionPtr& value) { return value ? to_string(*value) : std::string(); };
     switch (one.kind) {
-      case Kind::kAssign: return text(one.a) + "=" + text(one.b);
-      case Kind::kCall: return text(one.a);
-      case Kind::kPulse: return "PULSE(" + text(one.a) + ", " + text(one.b) + ", " + text(one.c) + ")";
-      case Kind::kGoto: return "GOTO " + one.word;
-      case Kind::kLabel: return one.word + ":";
-      case Kind::kExit: return "EXIT";
-      case Kind::kReturn: return one.a ? "RETURN " + text(one.a) : "RETURN";
-      case Kind::kContinue: return "CONTINUE";
-      case Kind::kWaitSeconds: return "WAIT SEC " + text(one.a);
-      case Kind::kWaitFor: return "WAIT FOR " + text(one.a);
-      case Kind::kBrake: return one.flag ? "BRAKE F" : "BRAKE";
-      case Kind::kResume: return "RESUME";
+      case Kind::kAssign:
+        return text(one.a) + "=" + text(one.b);
+      case Kind::kCall:
+        return text(one.a);
+      case Kind::kPulse:
+        return "PULSE(" + text(one.a) + ", " + text(one.b) + ", " + text(one.c) + ")";
+      case Kind::kGoto:
+        return "GOTO " + one.word;
+      case Kind::kLabel:
+        return one.word + ":";
+      case Kind::kExit:
+        return "EXIT";
+      case Kind::kReturn:
+        return one.a ? "RETURN " + text(one.a) : "RETURN";
+      case Kind::kContinue:
+        return "CONTINUE";
+      case Kind::kWaitSeconds:
+        return "WAIT SEC " + text(one.a);
+      case Kind::kWaitFor:
+        return "WAIT FOR " + text(one.a);
+      case Kind::kBrake:
+        return one.flag ? "BRAKE F" : "BRAKE";
+      case Kind::kResume:
+        return "RESUME";
       case Kind::kMotion:
         return one.word + " " + joined(one.goals) + (one.c ? ", CA " + text(one.c) : "") + ending(one) +
                (one.flag ? " #TOOL" : "");
@@ -110,8 +122,10 @@ class Printer {
       case Kind::kInterruptDeclare:
         return std::string(one.flag ? "GLOBAL " : "") + "INTERRUPT DECL " + text(one.a) + " WHEN " + text(one.b) +
                " DO " + text(one.c);
-      case Kind::kInterruptSwitch: return "INTERRUPT " + one.word + (one.a ? " " + text(one.a) : "");
-      default: return "HALT";
+      case Kind::kInterruptSwitch:
+        return "INTERRUPT " + one.word + (one.a ? " " + text(one.a) : "");
+      default:
+        return "HALT";
     }
   }
 
@@ -125,14 +139,18 @@ class Printer {
           block(one.otherwise);
         }
         return line("ENDIF");
-      case Kind::kLoop: return wrapped("LOOP", one, "ENDLOOP");
-      case Kind::kWhile: return wrapped("WHILE " + to_string(*one.a), one, "ENDWHILE");
-      case Kind::kRepeat: return wrapped("REPEAT", one, "UNTIL " + to_string(*one.a));
+      case Kind::kLoop:
+        return wrapped("LOOP", one, "ENDLOOP");
+      case Kind::kWhile:
+        return wrapped("WHILE " + to_string(*one.a), one, "ENDWHILE");
+      case Kind::kRepeat:
+        return wrapped("REPEAT", one, "UNTIL " + to_string(*one.a));
       case Kind::kFor:
         return wrapped("FOR " + to_string(*one.a) + "=" + to_string(*one.b) + " TO " + to_string(*one.c) +
                            (one.d ? " STEP " + to_string(*one.d) : ""),
                        one, "ENDFOR");
-      case Kind::kSpline: return wrapped("SPLINE" + ending(one), one, "ENDSPLINE");
+      case Kind::kSpline:
+        return wrapped("SPLINE" + ending(one), one, "ENDSPLINE");
       case Kind::kSwitch:
         line("SWITCH " + to_string(*one.a));
         for (const Case& each : one.cases) {
@@ -140,7 +158,8 @@ class Printer {
           block(each.body);
         }
         return line("ENDSWITCH");
-      default: return line(simple(one));
+      default:
+        return line(simple(one));
     }
   }
 
@@ -159,16 +178,22 @@ class Printer {
 std::string to_string(const Expression& expression) {
   const auto part = [&](std::size_t i) { return to_string(*expression.parts[i]); };
   switch (expression.kind) {
-    case Expression::Kind::kLiteral: return to_string(expression.value);
-    case Expression::Kind::kName: return expression.name;
-    case Expression::Kind::kField: return part(0) + "." + expression.name;
-    case Expression::Kind::kIndex: return part(0) + "[" + joined(expression.parts, 1) + "]";
-    case Expression::Kind::kCall: return expression.name + "(" + joined(expression.parts) + ")";
+    case Expression::Kind::kLiteral:
+      return to_string(expression.value);
+    case Expression::Kind::kName:
+      return expression.name;
+    case Expression::Kind::kField:
+      return part(0) + "." + expression.name;
+    case Expression::Kind::kIndex:
+      return part(0) + "[" + joined(expression.parts, 1) + "]";
+    case Expression::Kind::kCall:
+      return expression.name + "(" + joined(expression.parts) + ")";
     case Expression::Kind::kUnary:
       return "(" + std::string(kOperatorWords.at(static_cast<std::size_t>(expression.op))) + part(0) + ")";
     case Expression::Kind::kBinary:
       return "(" + part(0) + " " + kOperatorWords.at(static_cast<std::size_t>(expression.op)) + " " + part(1) + ")";
-    case Expression::Kind::kAggregate: break;
+    case Expression::Kind::kAggregate:
+      break;
   }
   std::string text = "{" + (expression.name.empty() ? std::string() : expression.name + ": ");
   for (std::size_t i = 0; i < expression.parts.size(); ++i)

@@ -73,8 +73,8 @@ struct Program {
   [[nodiscard]] const Structure* structure(std::string_view name) const;
 };
 
-/// Reads, checks and compiles: the first module is what runs. A module "$CONFIG" is seen by all others. Diagnostics: all
-/// at once, each with file, line and column: syntax, words that are not supported, names that nobody knows.
+/// Reads, checks and compiles: the first module is what runs. A module "$CONFIG" is seen by all others. Diagnostics:
+/// all at once, each with file, line and column: syntax, words that are not supported, names that nobody knows.
 /// @param calls  names, in capitals, of calls that are carried out outside of the program. Realtime: setup.
 [[nodiscard]] Result<std::shared_ptr<const Program>> compile(const std::vector<ModuleText>& modules,
                                                              const std::set<std::string, std::less<>>& calls);

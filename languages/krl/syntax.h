@@ -16,8 +16,27 @@ struct Expression;
 using ExpressionPtr = std::unique_ptr<Expression>;
 
 enum class Operator : std::uint8_t {
-  kNone, kAdd, kSubtract, kMultiply, kDivide, kGeometric, kEqual, kNotEqual, kLess, kLessEqual, kGreater,
-  kGreaterEqual, kAnd, kOr, kExor, kNot, kNegate, kBitAnd, kBitOr, kBitExor, kBitNot
+  kNone,
+  kAdd,
+  kSubtract,
+  kMultiply,
+  kDivide,
+  kGeometric,
+  kEqual,
+  kNotEqual,
+  kLess,
+  kLessEqual,
+  kGreater,
+  kGreaterEqual,
+  kAnd,
+  kOr,
+  kExor,
+  kNot,
+  kNegate,
+  kBitAnd,
+  kBitOr,
+  kBitExor,
+  kBitNot
 };
 
 struct Expression {
@@ -58,30 +77,30 @@ struct Case {
 
 struct Statement {
   enum class Kind : std::uint8_t {
-    kAssign,           ///< a = b
-    kCall,             ///< a
-    kIf,               ///< a; body, otherwise
-    kLoop,             ///< body
-    kWhile,            ///< a, body
-    kRepeat,           ///< body, a
-    kFor,              ///< a = b TO c STEP d; body
-    kSwitch,           ///< a; cases
-    kGoto,             ///< word
-    kLabel,            ///< word
+    kAssign,  ///< a = b
+    kCall,    ///< a
+    kIf,      ///< a; body, otherwise
+    kLoop,    ///< body
+    kWhile,   ///< a, body
+    kRepeat,  ///< body, a
+    kFor,     ///< a = b TO c STEP d; body
+    kSwitch,  ///< a; cases
+    kGoto,    ///< word
+    kLabel,   ///< word
     kExit,
-    kReturn,           ///< a may be null
+    kReturn,  ///< a may be null
     kHalt,
     kContinue,
-    kWaitSeconds,      ///< a
-    kWaitFor,          ///< a
-    kMotion,           ///< word PTP, LIN, ...; goals, approximation, with; c: CA
-    kSpline,           ///< body: segments and triggers; approximation, with
-    kTrigger,          ///< word DISTANCE or PATH; a, ONSTART: flag; b DELAY; body: one statement; c PRIO
-    kInterruptDeclare, ///< a number, b condition, c call; flag: GLOBAL
-    kInterruptSwitch,  ///< word ON, OFF, ENABLE, DISABLE; a number or null: all
-    kBrake,            ///< flag: F
+    kWaitSeconds,       ///< a
+    kWaitFor,           ///< a
+    kMotion,            ///< word PTP, LIN, ...; goals, approximation, with; c: CA
+    kSpline,            ///< body: segments and triggers; approximation, with
+    kTrigger,           ///< word DISTANCE or PATH; a, ONSTART: flag; b DELAY; body: one statement; c PRIO
+    kInterruptDeclare,  ///< a number, b condition, c call; flag: GLOBAL
+    kInterruptSwitch,   ///< word ON, OFF, ENABLE, DISABLE; a number or null: all
+    kBrake,             ///< flag: F
     kResume,
-    kPulse,            ///< a output, b level, c time
+    kPulse,  ///< a output, b level, c time
   };
   Kind kind = Kind::kHalt;
   TextLocation at;
@@ -91,8 +110,8 @@ struct Statement {
   ExpressionPtr a, b, c, d;
   Block body, otherwise;
   std::vector<Case> cases;
-  std::vector<ExpressionPtr> goals;        ///< of a motion; of CIRC the point on the way first
-  std::vector<std::string> approximation;  ///< C_PTP, C_DIS, ...
+  std::vector<ExpressionPtr> goals;                           ///< of a motion; of CIRC the point on the way first
+  std::vector<std::string> approximation;                     ///< C_PTP, C_DIS, ...
   std::vector<std::pair<ExpressionPtr, ExpressionPtr>> with;  ///< WITH target = value, ...
 };
 

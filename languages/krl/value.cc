@@ -57,13 +57,20 @@ int Structure::find(std::string_view field) const {
 
 std::string to_string(const Type& type) {
   switch (type.kind) {
-    case Type::Kind::kBool: return "BOOL";
-    case Type::Kind::kInt: return "INT";
-    case Type::Kind::kReal: return "REAL";
-    case Type::Kind::kChar: return "CHAR";
-    case Type::Kind::kEnum: return type.enumeration->name;
-    case Type::Kind::kStructure: return type.structure->name;
-    default: return "unknown";
+    case Type::Kind::kBool:
+      return "BOOL";
+    case Type::Kind::kInt:
+      return "INT";
+    case Type::Kind::kReal:
+      return "REAL";
+    case Type::Kind::kChar:
+      return "CHAR";
+    case Type::Kind::kEnum:
+      return type.enumeration->name;
+    case Type::Kind::kStructure:
+      return type.structure->name;
+    default:
+      return "unknown";
   }
 }
 
@@ -115,14 +122,18 @@ bool Value::has(std::string_view field) const {
 
 std::string to_string(const Value& value) {
   switch (value.kind) {
-    case Value::Kind::kBool: return value.truth ? "TRUE" : "FALSE";
-    case Value::Kind::kInt: return fmt::format("{}", value.integer);
+    case Value::Kind::kBool:
+      return value.truth ? "TRUE" : "FALSE";
+    case Value::Kind::kInt:
+      return fmt::format("{}", value.integer);
     case Value::Kind::kReal: {
       std::string text = fmt::format("{:.10g}", value.real == 0.0 ? 0.0 : value.real);
       return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
     }
-    case Value::Kind::kText: return "\"" + value.text + "\"";
-    case Value::Kind::kEnum: return "#" + value.text;
+    case Value::Kind::kText:
+      return "\"" + value.text + "\"";
+    case Value::Kind::kEnum:
+      return "#" + value.text;
     case Value::Kind::kStructure: {
       std::string text = "{";
       for (std::size_t i = 0; i < value.parts.size(); ++i) {
@@ -136,7 +147,8 @@ std::string to_string(const Value& value) {
       for (const Value& part : value.parts) text += (text.size() > 1 ? ", " : "") + to_string(part);
       return text + "]";
     }
-    default: return "nothing";
+    default:
+      return "nothing";
   }
 }
 
@@ -164,7 +176,9 @@ Value make_value(const Type& type, const std::vector<int>& size, std::int64_t& l
 std::string assign(Value& target, const Type& type, const Value& value) {
   if (value.nothing()) return "the value was never set";
   switch (type.kind) {
-    case Type::Kind::kUnknown: target = value; return {};
+    case Type::Kind::kUnknown:
+      target = value;
+      return {};
     case Type::Kind::kBool:
       if (value.kind == Value::Kind::kBool) return target = value, std::string();
       break;
@@ -190,7 +204,8 @@ std::string assign(Value& target, const Type& type, const Value& value) {
         return target = value, std::string();
       }
       break;
-    case Type::Kind::kStructure: return assign_structure(target, type, value);
+    case Type::Kind::kStructure:
+      return assign_structure(target, type, value);
   }
   return "unexpected " + kind_of(value) + " for " + to_string(type);
 }
@@ -199,8 +214,8 @@ Eigen::Isometry3d to_pose(const Value& frame, const Eigen::Isometry3d& fallback)
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   constexpr std::array kAxes{"X", "Y", "Z"};
   for (int i = 0; i < 3; ++i)
-    X.translation()[i] = frame.number_at(kAxes[static_cast<std::size_t>(i)], fallback.translation()[i] * kMillimetres) /
-                         kMillimetres;
+    X.translation()[i] =
+        frame.number_at(kAxes[static_cast<std::size_t>(i)], fallback.translation()[i] * kMillimetres) / kMillimetres;
   if (!frame.has("A") && !frame.has("B") && !frame.has("C")) {
     X.linear() = fallback.linear();
     return X;
@@ -218,7 +233,7 @@ Eigen::Isometry3d to_pose(const Value& frame, const Eigen::Isometry3d& fallback)
 void set_pose(Value& frame, const Eigen::Isometry3d& X) {
   const auto angles = angles_of(X.linear());
   const Eigen::Vector3d p = X.translation() * kMillimetres;
-  const std::array<std::pair<const char*, double>, 6> all{std::pair{"X", p.x()}, {"Y", p.y()},       {"Z", p.z()},
+  const std::array<std::pair<const char*, double>, 6> all{std::pair{"X", p.x()}, {"Y", p.y()},     {"Z", p.z()},
                                                           {"A", angles[0]},      {"B", angles[1]}, {"C", angles[2]}};
   for (const auto& [name, number] : all) {
     const int at = frame.structure->find(name);

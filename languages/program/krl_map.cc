@@ -25,7 +25,8 @@ std::vector<std::string> keys(const Map& map) {
 std::vector<std::string> usual_axes(std::size_t joints) {
   if (joints == 7) return {"A1", "A2", "E1", "A3", "A4", "A5", "A6"};
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < joints; ++i) names.push_back(i < 6 ? fmt::format("A{}", i + 1) : fmt::format("E{}", i - 5));
+  for (std::size_t i = 0; i < joints; ++i)
+    names.push_back(i < 6 ? fmt::format("A{}", i + 1) : fmt::format("E{}", i - 5));
   return names;
 }
 

@@ -199,9 +199,7 @@ class RunHost final : public KrlHost {
   }
 
   [[nodiscard]] double now() const override { return execution_.context.core.time() * 1e-9; }
-  [[nodiscard]] bool settled() override {
-    return queue_.empty() && !main_ && execution_.strand->open_arm().empty();
-  }
+  [[nodiscard]] bool settled() override { return queue_.empty() && !main_ && execution_.strand->open_arm().empty(); }
   [[nodiscard]] int unfinished() override {
     std::size_t count = 0;
     for (const KrlItem& one : queue_) count += one.motion ? 1 : 0;
@@ -243,7 +241,8 @@ class RunHost final : public KrlHost {
     braking_ = false;
     if (!kept_.empty() && kept_.front().motion && kept_.front().motion->points.size() > 1) {
       krl::error_at(failures_, node_.krl->modules[static_cast<std::size_t>(kept_.front().module)].file,
-                    kept_.front().at, Code::kUnsupported, "a circle or spline that an interrupt has stopped cannot go on",
+                    kept_.front().at, Code::kUnsupported,
+                    "a circle or spline that an interrupt has stopped cannot go on",
                     "End the interrupt program with RESUME");
       failed_ = true;
       return;

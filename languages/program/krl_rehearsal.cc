@@ -97,8 +97,10 @@ class RehearsalHost final : public KrlHost {
       case krl::Live::kIn:
         if (!map_.inputs.contains(number)) return std::nullopt;
         return map_.nominal_inputs.contains(number) ? 1.0 : 0.0;
-      case krl::Live::kAnalogIn: return map_.analog_inputs.contains(number) ? std::optional(0.0) : std::nullopt;
-      default: break;
+      case krl::Live::kAnalogIn:
+        return map_.analog_inputs.contains(number) ? std::optional(0.0) : std::nullopt;
+      default:
+        break;
     }
     const bool known = signal == krl::Live::kOut ? map_.outputs.contains(number) : map_.analog_outputs.contains(number);
     const auto found = written_.find({signal, number});

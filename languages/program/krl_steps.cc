@@ -36,9 +36,7 @@ class StepOfMotion {
 
   Json make() {
     constexpr std::string_view kWords[] = {"ptp", "lin", "circ", "spline"};
-    Json step{{"do", kWords[static_cast<std::size_t>(motion_.kind)]},
-              {"name", step_name(motion_)},
-              {"arm", map_.arm}};
+    Json step{{"do", kWords[static_cast<std::size_t>(motion_.kind)]}, {"name", step_name(motion_)}, {"arm", map_.arm}};
     set_tool(step);
     if (motion_.kind == MotionCommand::Kind::kSpline) {
       step["through"] = Json::array();
@@ -56,7 +54,8 @@ class StepOfMotion {
   }
 
  private:
-  /// The path that a tool centre point takes is that of one that the cell has; where the tool does not turn any will do.
+  /// The path that a tool centre point takes is that of one that the cell has; where the tool does not turn any will
+  /// do.
   void set_tool(Json& step) {
     auto tool = map_.find_tool(cell_, motion_.X_FT);
     if (!tool) {
@@ -149,9 +148,10 @@ class TriggeredMotions {
     const MotionCommand& motion = *group_.items[at].motion;
     const double share = motion.length > 0.0 ? (one.from_start ? 0.0 : 1.0) + one.path / motion.length : -1.0;
     if (motion.kind != MotionCommand::Kind::kLin || !(share >= 0.0 && share <= 1.0)) {
-      error(one, motion.kind == MotionCommand::Kind::kLin
-                     ? fmt::format("PATH={:g} is not on the line of {:g} mm", one.path * 1e3, motion.length * 1e3)
-                     : "PATH of a motion that is no line",
+      error(one,
+            motion.kind == MotionCommand::Kind::kLin
+                ? fmt::format("PATH={:g} is not on the line of {:g} mm", one.path * 1e3, motion.length * 1e3)
+                : "PATH of a motion that is no line",
             "Use a point between start and goal of LIN or SLIN, or DISTANCE");
       return nullptr;
     }
@@ -166,8 +166,8 @@ class TriggeredMotions {
 };
 
 bool has_path_trigger(const MotionCommand& motion) {
-  return std::ranges::any_of(
-      motion.triggers, [](const TriggerCommand& one) { return one.where == TriggerCommand::Where::kPath; });
+  return std::ranges::any_of(motion.triggers,
+                             [](const TriggerCommand& one) { return one.where == TriggerCommand::Where::kPath; });
 }
 
 }  // namespace

@@ -12,8 +12,8 @@
 
 namespace takt::languages::krl::test {
 
-/// An arm of six axes that takes half a second for each motion, with signals, on a clock of its own. It writes down what
-/// happens. Its flange is at (A1 + 1000, A2, A3) mm, turned by A6 about z.
+/// An arm of six axes that takes half a second for each motion, with signals, on a clock of its own. It writes down
+/// what happens. Its flange is at (A1 + 1000, A2, A3) mm, turned by A6 about z.
 class TraceHost final : public Host {
  public:
   /// An input that changes at a time, s.
@@ -110,9 +110,7 @@ class TraceHost final : public Host {
     MotionCommand motion = {};
   };
 
-  void tell(const std::string& text) {
-    trace_.push_back(with_times ? fmt::format("{:.2f} {}", now_, text) : text);
-  }
+  void tell(const std::string& text) { trace_.push_back(with_times ? fmt::format("{:.2f} {}", now_, text) : text); }
 
   static double tidy(double value) { return std::abs(value) < 5e-7 ? 0.0 : value; }
 
@@ -126,8 +124,8 @@ class TraceHost final : public Host {
         const Eigen::Isometry3d X = point.X_BF * motion.X_FT;
         const Eigen::Vector3d rpy = X.linear().eulerAngles(2, 1, 0) * 180.0 / M_PI;
         const double a = std::atan2(X.linear()(1, 0), X.linear()(0, 0)) * 180.0 / M_PI;
-        inside = fmt::format("{:.6g} {:.6g} {:.6g} mm", tidy(X.translation().x() * 1e3), tidy(X.translation().y() * 1e3),
-                             tidy(X.translation().z() * 1e3));
+        inside = fmt::format("{:.6g} {:.6g} {:.6g} mm", tidy(X.translation().x() * 1e3),
+                             tidy(X.translation().y() * 1e3), tidy(X.translation().z() * 1e3));
         if (std::abs(a) > 1e-6 && rpy.allFinite()) inside += fmt::format(" A {:.6g}", a);
       }
       text += " (" + inside + ")";
