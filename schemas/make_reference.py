@@ -37,7 +37,7 @@ SECTIONS = [
     ("state", "State", "What an event handler watches: one of these forms. Each may have `held_for_s`."),
     ("captured", "Captured value", "A value that a transaction captures, or that an analog output follows: one of its keys but `quantity`."),
 ]
-NODES = ["sequence", "parallel", "charts", "branch", "repeat", "for_each", "call", "try", "let", "log", "fail", "stop", "motions"]
+NODES = ["sequence", "parallel", "charts", "krl", "branch", "repeat", "for_each", "call", "try", "let", "log", "fail", "stop", "motions"]
 NODE_DEFINITIONS = {"log": "says", "fail": "says"}
 ELSEWHERE = {"step": "[step](#steps)", "command": "[command](#commands)", "expectation": "[expectation](#expectations)",
              "fault": "[fault](#faults)", "device_settings": "[settings](#device-settings)",

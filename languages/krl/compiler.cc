@@ -241,7 +241,9 @@ class Compiler {
     if (program_.functions[static_cast<std::size_t>(target)].source->result.empty())
       error(one.at, Code::kWrongType, fmt::format("'{}' has no result", one.name), "Write DEFFCT TYPE name");
     one.slot = temporary();
+    const bool stops = stops_;
     emit({.code = OpCode::kCall, .a = &one, .x = target, .y = one.slot});
+    stops_ = stops;  // what the expression asks besides is asked after the call
   }
 
   void check_builtin(const Expression& one) {

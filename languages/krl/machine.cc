@@ -134,7 +134,7 @@ bool Machine::blocked(const Instruction& one) {
   const Kind kind = one.statement->kind;
   if (kind != Kind::kMotion && kind != Kind::kSpline) return false;
   return host_.unfinished() > static_cast<int>(std::min(advance, 5.0)) ||
-         (needs_place(*one.statement) && !host_.settled());
+         (!host_.settled() && ((!last_axes_ && !last_flange_) || needs_place(*one.statement)));
 }
 
 Machine::Step Machine::step(const Instruction& one) {
@@ -319,6 +319,8 @@ Machine::Step Machine::execute(const Statement& one) {
     }
     case Kind::kCall:
       host_.call(one.a->name, module_, one.at);
+      last_axes_.reset();  // it may move the arm
+      last_flange_.reset();
       return Step::kNext;
     case Kind::kMotion:
     case Kind::kSpline:

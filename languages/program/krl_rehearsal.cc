@@ -12,7 +12,7 @@ namespace takt::languages {
 namespace {
 
 /// A line of a loop is played so often.
-constexpr int kMostRounds = 100;
+constexpr int kMostPlayed = 100;
 /// Cycles in which nothing happens, as of a loop that asks for an input.
 constexpr int kMostIdle = 2'000;
 constexpr double kIdle_s = 0.01;
@@ -55,7 +55,7 @@ class RehearsalHost final : public KrlHost {
                     .file = program_.modules.front().file,
                     .pointer = {},
                     .message = "on nominal values the program does not come to an end: its rehearsal ends here",
-                    .hint = "Expect that what follows is not checked before the run",
+                    .hint = "Set \"nominal_inputs\" in the map if it waits for an input",
                     .line = machine.at().line,
                     .column = machine.at().column};
     diagnostics_.add(std::move(note));
@@ -63,7 +63,7 @@ class RehearsalHost final : public KrlHost {
 
   void play_next() {
     const KrlGroup group = take_group(queue_);
-    if (++rounds_[group.items.front().name] > kMostRounds) {
+    if (++rounds_[group.items.front().name] > kMostPlayed) {
       ended_ = true;
       return;
     }

@@ -32,8 +32,11 @@ Json cell_with(Json program) {
 Json krl(const std::string& source, const std::string& data = "") {
   return {{"do", "krl"},
           {"program",
-           {{"modules",
-             Json::array({{{"name", "MAIN"}, {"file", "main.src"}, {"source", source}, {"data_file", "main.dat"}, {"data", data}}})}}},
+           {{"modules", Json::array({{{"name", "MAIN"},
+                                      {"file", "main.src"},
+                                      {"source", source},
+                                      {"data_file", "main.dat"},
+                                      {"data", data}}})}}},
           {"map", {{"outputs", {{"1", "io/lamp"}}}}}};
 }
 
@@ -55,8 +58,10 @@ END
 
 const char* const kTwin = R"([
   {"do": "ptp", "to": {"joints_deg": [20, -30, 0, 70, 0, -60, 0]}, "speed": 0.4},
-  {"do": "lin", "to": {"in": "arm", "position_m": [0.5, 0.2, 0.5], "rpy_deg": [0, 180, 0]}, "velocity_m_s": 0.2, "blend_m": 0.03},
-  {"do": "lin", "to": {"in": "arm", "position_m": [0.5, -0.1, 0.5], "rpy_deg": [0, 180, 0]}, "velocity_m_s": 0.2, "blend_m": 0.03},
+  {"do": "lin", "to": {"in": "arm", "position_m": [0.5, 0.2, 0.5], "rpy_deg": [0, 180, 0]},
+   "velocity_m_s": 0.2, "blend_m": 0.03},
+  {"do": "lin", "to": {"in": "arm", "position_m": [0.5, -0.1, 0.5], "rpy_deg": [0, 180, 0]},
+   "velocity_m_s": 0.2, "blend_m": 0.03},
   {"do": "lin", "to": {"in": "arm", "position_m": [0.4, -0.1, 0.4], "rpy_deg": [0, 180, 20]}, "velocity_m_s": 0.2},
   {"do": "set", "output": "io/lamp", "value": true},
   {"do": "circ", "via": {"in": "arm", "position_m": [0.45, -0.05, 0.4], "rpy_deg": [0, 180, 20]},
@@ -72,8 +77,7 @@ RunReport recorded(const Json& cell, const std::filesystem::path& file) {
 TEST(KrlProgram, CommandsWhatItsTwinInStepsCommands) {
   const takt::test::ScratchFolder folder;
   const RunReport a = recorded(cell_with(krl(kSource)), folder / "krl.mcap");
-  const RunReport b =
-      recorded(cell_with({{"do", "sequence"}, {"steps", Json::parse(kTwin)}}), folder / "steps.mcap");
+  const RunReport b = recorded(cell_with({{"do", "sequence"}, {"steps", Json::parse(kTwin)}}), folder / "steps.mcap");
   expect_passed(a);
   expect_passed(b);
   EXPECT_EQ(a.cycles, b.cycles);
@@ -104,8 +108,7 @@ TEST(KrlProgram, SaysBeforeTheRunWhatCannotBeReached) {
 }
 
 TEST(KrlProgram, SaysAllThatIsWrongAtOnce) {
-  const Diagnostics wrong = refusal(
-      parsed(cell_with(krl("DEF MAIN()\n$OUT[7]=TRUE\nWAIT FOR $IN[9]\nEND\n")).dump()));
+  const Diagnostics wrong = refusal(parsed(cell_with(krl("DEF MAIN()\n$OUT[7]=TRUE\nWAIT FOR $IN[9]\nEND\n")).dump()));
   ASSERT_EQ(wrong.list().size(), 2u) << wrong.to_string();
   for (const Diagnostic& one : wrong.list()) EXPECT_EQ(one.code, Code::kUnknownName);
   EXPECT_EQ(wrong.list()[0].line, 2);
@@ -132,7 +135,8 @@ WAIT SEC 0.1
 END
 )";
   Json cell = cell_with(krl(kTriggers));
-  cell["expectations"] = Json::parse(R"([{"name": "lamp", "kind": "signal", "signal": "io/lamp", "is": false, "rises": 1}])");
+  cell["expectations"] =
+      Json::parse(R"([{"name": "lamp", "kind": "signal", "signal": "io/lamp", "is": false, "rises": 1}])");
   expect_passed(run(parsed(cell.dump())));
 }
 
