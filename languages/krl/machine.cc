@@ -129,6 +129,11 @@ bool Machine::blocked(const Instruction& one) {
   if (in_interrupt()) return braked_ && !host_.settled();
   const double advance = shared("$ADVANCE").number();
   if (advance <= 0 && !host_.settled()) return true;
+  const bool is_end =
+      one.code == OpCode::kReturn && (frames_.size() == 1 || std::ranges::any_of(interrupts_, [&](const auto& each) {
+                                        return each.second.level + 1 == frames_.size();
+                                      }));
+  if (is_end && !host_.settled()) return true;
   if (one.stops && !continues_ && !host_.settled()) return true;
   if (one.code != OpCode::kExecute) return false;
   const Kind kind = one.statement->kind;

@@ -265,9 +265,12 @@ class Parser {
 
   Statement statement() {
     Statement made = simple();
-    in_.end_line();
+    // What was not closed leaves the end of another block for that block.
+    if (!std::exchange(unclosed_, false)) in_.end_line();
     return made;
   }
+
+  void close(std::string_view word) { unclosed_ = !in_.expect(word); }
 
   /// All of a statement but the end of its last line.
   Statement simple() {
@@ -351,7 +354,7 @@ class Parser {
       made.flag = true;
       made.otherwise = block();
     }
-    (void)in_.expect("ENDIF");
+    close("ENDIF");
   }
   void no_elseif(Statement& made) {
     in_.error(made.at, Code::kSyntax, "KRL has no ELSEIF", "Write ELSE and another IF");
@@ -361,20 +364,21 @@ class Parser {
     made.kind = Kind::kLoop;
     in_.end_line();
     made.body = block();
-    (void)in_.expect("ENDLOOP");
+    close("ENDLOOP");
   }
   void while_loop(Statement& made) {
     made.kind = Kind::kWhile;
     made.a = in_.expression();
     in_.end_line();
     made.body = block();
-    (void)in_.expect("ENDWHILE");
+    close("ENDWHILE");
   }
   void repeat(Statement& made) {
     made.kind = Kind::kRepeat;
     in_.end_line();
     made.body = block();
-    if (in_.expect("UNTIL")) made.a = in_.expression();
+    close("UNTIL");
+    made.a = unclosed_ ? std::make_unique<Expression>() : in_.expression();
   }
   void count(Statement& made) {
     made.kind = Kind::kFor;
@@ -384,7 +388,7 @@ class Parser {
     if (in_.accept("STEP")) made.d = in_.expression();
     in_.end_line();
     made.body = block();
-    (void)in_.expect("ENDFOR");
+    close("ENDFOR");
   }
   void selection(Statement& made) {
     made.kind = Kind::kSwitch;
@@ -402,7 +406,7 @@ class Parser {
       one.body = block();
       made.cases.push_back(std::move(one));
     }
-    (void)in_.expect("ENDSWITCH");
+    close("ENDSWITCH");
   }
   void jump(Statement& made) {
     made.kind = Kind::kGoto;
@@ -498,7 +502,7 @@ class Parser {
       if (!segment)
         in_.error(one.at, Code::kUnsupported, "no segment of a spline", "Use SPL, SLIN and SCIRC inside of SPLINE");
     }
-    (void)in_.expect("ENDSPLINE");
+    close("ENDSPLINE");
     ending(made);
   }
 
@@ -553,6 +557,7 @@ class Parser {
   Module& module_;
   Function* function_ = nullptr;
   int count_ = 0;
+  bool unclosed_ = false;
 };
 
 }  // namespace

@@ -39,7 +39,8 @@ void TypeTable::declare() {
       }
     }
   }
-  for (std::size_t m = 0; m < program_.modules.size(); ++m) complete(m);
+  // Those that all see come last, and others have them as parts.
+  for (std::size_t m = program_.modules.size(); m > 0; --m) complete(m - 1);
 }
 
 /// A structure has structures that were declared before it: so none contains itself.
