@@ -16,7 +16,8 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 }  // namespace
 
 void KrlHost::move(krl::MotionCommand motion) {
-  KrlItem item{.motion = {}, .steps = {}, .name = step_name(motion), .module = motion.module, .at = motion.at};
+  KrlItem item{
+      .motion = {}, .steps = {}, .name = step_name(motion.at, motion.label), .module = motion.module, .at = motion.at};
   item.motion = std::move(motion);
   queue_.push_back(std::move(item));
 }

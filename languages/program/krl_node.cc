@@ -36,12 +36,23 @@ class KrlNode final : public program::Node {
   /// How often a loop is run is not known.
   [[nodiscard]] std::int64_t count() const override { return kMostSteps; }
   [[nodiscard]] bool constant() const override { return false; }
-  /// A number is a line of the program.
+  /// Its motions as their steps are named.
+  void collect_names(std::vector<std::string>& names) const override {
+    Node::collect_names(names);
+    for (std::size_t i = 0; krl != nullptr && i < krl->code.size(); ++i) {
+      const krl::Statement* const one = krl->code[i].statement;
+      const bool moves = one != nullptr && krl->code[i].code == krl::Instruction::Code::kExecute &&
+                         (one->kind == krl::Statement::Kind::kMotion || one->kind == krl::Statement::Kind::kSpline);
+      if (moves) names.push_back(step_name(one->at, one->text));
+    }
+  }
+  /// A number is a line of the program; "12: PTP XP1" begins with one.
   [[nodiscard]] std::optional<Json> state_before(std::string_view wanted) const override {
     if (auto own = Node::state_before(wanted)) return own;
     int line = 0;
     const auto [end, wrong] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), line);
-    if (wrong != std::errc{} || end != wanted.data() + wanted.size() || line < 1) return std::nullopt;
+    const std::string_view rest = wanted.substr(static_cast<std::size_t>(end - wanted.data()));
+    if (wrong != std::errc{} || line < 1 || (!rest.empty() && !rest.starts_with(": "))) return std::nullopt;
     return Json{{"line", line}};
   }
 };

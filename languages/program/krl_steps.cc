@@ -36,7 +36,9 @@ class StepOfMotion {
 
   Json make() {
     constexpr std::string_view kWords[] = {"ptp", "lin", "circ", "spline"};
-    Json step{{"do", kWords[static_cast<std::size_t>(motion_.kind)]}, {"name", step_name(motion_)}, {"arm", map_.arm}};
+    Json step{{"do", kWords[static_cast<std::size_t>(motion_.kind)]},
+              {"name", step_name(motion_.at, motion_.label)},
+              {"arm", map_.arm}};
     set_tool(step);
     if (motion_.kind == MotionCommand::Kind::kSpline) {
       step["through"] = Json::array();
@@ -172,9 +174,9 @@ bool has_path_trigger(const MotionCommand& motion) {
 
 }  // namespace
 
-std::string step_name(const MotionCommand& motion) {
+std::string step_name(const TextLocation& at, const std::string& text) {
   constexpr std::size_t kMost = 40;
-  return fmt::format("{}: {}", motion.at.line, motion.label.substr(0, kMost));
+  return fmt::format("{}: {}", at.line, text.substr(0, kMost));
 }
 
 KrlGroup take_group(std::deque<KrlItem>& queue) {
@@ -184,9 +186,9 @@ KrlGroup take_group(std::deque<KrlItem>& queue) {
     KrlItem& next = queue.front();
     if (!group.items.empty()) {
       if (!next.motion || has_path_trigger(*next.motion)) break;
-      if (!names.insert(step_name(*next.motion)).second) break;
+      if (!names.insert(step_name(next.at, next.motion->label)).second) break;
     } else if (next.motion) {
-      names.insert(step_name(*next.motion));
+      names.insert(step_name(next.at, next.motion->label));
     }
     group.items.push_back(std::move(next));
     queue.pop_front();

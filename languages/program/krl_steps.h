@@ -26,7 +26,7 @@ struct KrlGroup {
 };
 
 /// "12: PTP XP1 C_PTP".
-[[nodiscard]] std::string step_name(const krl::MotionCommand& motion);
+[[nodiscard]] std::string step_name(const TextLocation& at, const std::string& text);
 
 /// Takes from the front what begins as one: motions that are blended into each other, or one item.
 [[nodiscard]] KrlGroup take_group(std::deque<KrlItem>& queue);

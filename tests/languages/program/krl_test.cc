@@ -48,7 +48,7 @@ ENDFOR
 PTP {A1 20, A2 -30, E1 0, A3 70, A4 0, A5 -60, A6 0}
 $VEL.CP=0.2
 $APO.CDIS=30
-LIN {X 500.0, Y 200.0, Z 500.0, A 0.0, B 180.0, C 0.0} C_DIS
+PTP {X 500.0, Y 200.0, Z 500.0, A 0.0, B 180.0, C 0.0}
 LIN {X 500.0, Y -100.0, Z 500.0, A 0.0, B 180.0, C 0.0} C_DIS
 LIN {X 400.0, Y -100.0, Z 400.0, A 20.0, B 180.0, C 0.0}
 $OUT[1]=TRUE
@@ -58,8 +58,7 @@ END
 
 const char* const kTwin = R"([
   {"do": "ptp", "to": {"joints_deg": [20, -30, 0, 70, 0, -60, 0]}, "speed": 0.4},
-  {"do": "lin", "to": {"in": "arm", "position_m": [0.5, 0.2, 0.5], "rpy_deg": [0, 180, 0]},
-   "velocity_m_s": 0.2, "blend_m": 0.03},
+  {"do": "ptp", "to": {"in": "arm", "position_m": [0.5, 0.2, 0.5], "rpy_deg": [0, 180, 0]}, "speed": 0.4},
   {"do": "lin", "to": {"in": "arm", "position_m": [0.5, -0.1, 0.5], "rpy_deg": [0, 180, 0]},
    "velocity_m_s": 0.2, "blend_m": 0.03},
   {"do": "lin", "to": {"in": "arm", "position_m": [0.4, -0.1, 0.4], "rpy_deg": [0, 180, 20]}, "velocity_m_s": 0.2},
@@ -127,7 +126,7 @@ TEST(KrlProgram, WritesTheOutputsOfTriggersOnThePath) {
   constexpr const char* kTriggers = R"(DEF MAIN()
 PTP {A1 20, A2 -30, E1 0, A3 70, A4 0, A5 -60, A6 0}
 $VEL.CP=0.1
-LIN {X 500.0, Y 200.0, Z 500.0, A 0.0, B 180.0, C 0.0}
+PTP {X 500.0, Y 200.0, Z 500.0, A 0.0, B 180.0, C 0.0}
 TRIGGER WHEN PATH=-100.0 DELAY=0 DO $OUT[1]=TRUE
 TRIGGER WHEN DISTANCE=1 DELAY=0 DO $OUT[1]=FALSE
 SLIN {X 500.0, Y -100.0, Z 500.0, A 0.0, B 180.0, C 0.0}
