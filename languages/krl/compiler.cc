@@ -184,18 +184,6 @@ class Compiler {
           nearest_choice(one.name, names, 3));
   }
 
-  static ExpressionPtr copy(const Expression& one) {
-    auto made = std::make_unique<Expression>();
-    made->kind = one.kind;
-    made->at = one.at;
-    made->name = one.name;
-    made->value = one.value;
-    made->op = one.op;
-    made->names = one.names;
-    for (const ExpressionPtr& part : one.parts) made->parts.push_back(part ? copy(*part) : nullptr);
-    return made;
-  }
-
   void bind_index(Expression& one, bool calls) {
     for (const ExpressionPtr& part : one.parts) bind(*part, calls);
     const Expression& array = *one.parts[0];
@@ -513,6 +501,9 @@ class Compiler {
     if (one.b) bind(*one.b, calls);
     if (one.kind == Kind::kInterruptDeclare) {
       bind_interrupt(*one.c);
+      if (one.flag) refuse_locals(one.b.get(), "a global interrupt");
+      for (const ExpressionPtr& part : one.c->parts)
+        if (one.flag) refuse_locals(part.get(), "a global interrupt");
     } else if (one.c) {
       bind(*one.c, calls);
     }
@@ -541,6 +532,15 @@ class Compiler {
       error(action.at, Code::kUnsupported, "a trigger that assigns no output", "Write $OUT, $ANOUT or PULSE");
   }
 
+  /// It is evaluated while other programs run, too.
+  void refuse_locals(const Expression* one, std::string_view where) {
+    if (one == nullptr) return;
+    if (one->where == Expression::Where::kLocal || one->where == Expression::Where::kFunction)
+      error(one->at, Code::kUnsupported, fmt::format("'{}' of this program in {}", one->name, where),
+            "Use variables of the data list");
+    for (const ExpressionPtr& part : one->parts) refuse_locals(part.get(), where);
+  }
+
   void bind_interrupt(Expression& call) {
     if (call.kind != Expression::Kind::kCall) return;
     for (const ExpressionPtr& part : call.parts)
@@ -562,6 +562,8 @@ class Compiler {
     if (is_local) variable = &function_->locals[static_cast<std::size_t>(root->slot)];
     if (root->where == Expression::Where::kModule)
       variable = &program_.variables[static_cast<std::size_t>(root->module)][static_cast<std::size_t>(root->slot)];
+    if (root->where == Expression::Where::kLive && static_cast<Live>(root->live) == Live::kCyclicFlag)
+      refuse_locals(one.b.get(), "a cyclic flag");
     const auto live = static_cast<Live>(root->live);
     const bool reads_only = root->where == Expression::Where::kLive && (live == Live::kIn || live == Live::kAnalogIn ||
                                                                         live == Live::kPosition || live == Live::kAxes);

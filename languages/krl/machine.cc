@@ -471,10 +471,7 @@ void Machine::poll_interrupts() {
     if (!interrupt.on || interrupt.level >= frames_.size()) continue;
     // The condition is that of the program that declared it.
     module_ = interrupt.module;
-    std::vector<Frame> above(
-        std::make_move_iterator(frames_.begin() + static_cast<std::ptrdiff_t>(interrupt.level) + 1),
-        std::make_move_iterator(frames_.end()));
-    frames_.resize(interrupt.level + 1);
+    std::vector<Frame> above = take_above(interrupt.level);
     const bool holds = truth(*interrupt.declared->b);
     for (Frame& one : above) frames_.push_back(std::move(one));
     if (failed()) return;
@@ -488,12 +485,34 @@ void Machine::poll_interrupts() {
   }
 }
 
+std::vector<Machine::Frame> Machine::take_above(std::size_t level) {
+  std::vector<Frame> above(std::make_move_iterator(frames_.begin() + static_cast<std::ptrdiff_t>(level) + 1),
+                           std::make_move_iterator(frames_.end()));
+  frames_.resize(level + 1);
+  return above;
+}
+
+/// Its arguments are those of the program that declared it.
 void Machine::begin_interrupt(int number) {
-  const Expression& call = *interrupts_[number].declared->c;
-  module_ = interrupts_[number].module;
-  if (!this->call(call.slot, &call, -1)) return;
-  frames_.back().interrupt = number;
-  frames_.back().call = nullptr;
+  const Interrupt& interrupt = interrupts_[number];
+  const Expression& call = *interrupt.declared->c;
+  module_ = interrupt.module;
+  std::vector<Frame> above = take_above(interrupt.level);
+  const bool begun = above.size() + frames_.size() < kMostDepth && this->call(call.slot, &call, -1);
+  std::optional<Frame> routine;
+  if (begun) {
+    routine = std::move(frames_.back());
+    frames_.pop_back();
+  }
+  for (Frame& one : above) frames_.push_back(std::move(one));
+  if (!routine) {
+    fail(call.at, Code::kTooLarge, fmt::format("calls are nested more than {} deep", kMostDepth),
+         "End the recursion before");
+    return;
+  }
+  routine->interrupt = number;
+  routine->call = nullptr;
+  frames_.push_back(std::move(*routine));
 }
 
 Machine::Step Machine::resume(const Statement& one) {

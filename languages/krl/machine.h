@@ -129,6 +129,8 @@ class Machine {
   [[nodiscard]] bool blocked(const Instruction& one);
   void poll_interrupts();
   void begin_interrupt(int number);
+  /// The frames above a level, which are put back afterwards.
+  [[nodiscard]] std::vector<Frame> take_above(std::size_t level);
   void declare_interrupt(const Statement& one);
   Step switch_interrupts(const Statement& one);
   Step resume(const Statement& one);

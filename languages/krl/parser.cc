@@ -125,7 +125,7 @@ class Parser {
     std::vector<int> all;
     if (in_.accept("]")) return all;
     do {
-      const Token token = in_.take();
+      const Token token = in_.at_line_end() ? in_.peek() : in_.take();
       if (token.kind != Token::Kind::kNumber || token.value.kind != Value::Kind::kInt)
         in_.error(token.at, Code::kSyntax, "not a whole number", "Write a number");
       all.push_back(static_cast<int>(token.value.integer));
@@ -543,7 +543,7 @@ class Parser {
     }
     made.kind = Kind::kInterruptSwitch;
     constexpr std::array kSwitches{"ON", "OFF", "ENABLE", "DISABLE"};
-    const Token word = in_.take();
+    const Token word = in_.at_line_end() ? in_.peek() : in_.take();
     if (word.kind != Token::Kind::kName || !one_of(kSwitches, word.text)) {
       in_.error(word.at, Code::kSyntax, "unexpected word behind INTERRUPT", "Write DECL, ON, OFF, ENABLE or DISABLE");
       return std::move(made);

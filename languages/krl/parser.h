@@ -21,5 +21,7 @@ struct ModuleText {
 [[nodiscard]] std::string print_source(const Module& module);
 [[nodiscard]] std::string print_data(const Module& module);
 [[nodiscard]] std::string to_string(const Expression& expression);
+/// The same expression once more, not bound yet.
+[[nodiscard]] ExpressionPtr copy(const Expression& one);
 
 }  // namespace takt::languages::krl

@@ -28,6 +28,18 @@ void collect_calls(const Block& statements, std::set<std::string, std::less<>>& 
 
 }  // namespace
 
+ExpressionPtr copy(const Expression& one) {
+  auto made = std::make_unique<Expression>();
+  made->kind = one.kind;
+  made->at = one.at;
+  made->name = one.name;
+  made->value = one.value;
+  made->op = one.op;
+  made->names = one.names;
+  for (const ExpressionPtr& part : one.parts) made->parts.push_back(part ? copy(*part) : nullptr);
+  return made;
+}
+
 const Structure* Program::structure(std::string_view name) const {
   const auto found = std::ranges::find_if(structures, [&](const auto& one) { return one->name == name; });
   return found == structures.end() ? nullptr : found->get();

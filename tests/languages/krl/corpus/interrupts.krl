@@ -163,3 +163,38 @@ DEF MAIN()
 BRAKE
 END
 ;> failed: not-possible-now 2
+;@ its arguments are those of the program that declared it
+;< 0.2 1 1
+DEF MAIN()
+DECL INT A, B, C
+C = 7
+INTERRUPT DECL 10 WHEN $IN[1] DO SEEN(C)
+INTERRUPT ON 10
+BUSY()
+END
+DEF BUSY()
+WAIT SEC 0.5
+END
+DEF SEEN(N:IN)
+DECL INT N
+$ANOUT[1] = N
+END
+;> anout 1 = 7 beside
+;@ a global one knows no variables of its program
+DEF MAIN()
+DECL INT C
+GLOBAL INTERRUPT DECL 10 WHEN C > 3 DO MAIN()
+END
+;> refused: unsupported 3:31
+;@ a cyclic flag knows none either
+DEF MAIN()
+DECL BOOL B
+$CYCFLAG[1] = B
+END
+;> refused: unsupported 3:15
+;@ a switch without a word
+DEF MAIN()
+INTERRUPT
+$OUT[1] = TRUE
+END
+;> refused: syntax 2:10
