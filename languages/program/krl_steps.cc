@@ -247,7 +247,7 @@ void locate(Diagnostics& diagnostics, const KrlGroup& group, const krl::Program&
   for (Diagnostic& one : diagnostics.list()) {
     if (!one.file.empty()) continue;
     std::size_t index = 0;
-    if (const std::size_t at = one.pointer.find("/steps/"); at != std::string::npos) {
+    if (const std::size_t at = one.pointer.rfind("/steps/"); at != std::string::npos) {
       const std::string_view digits = std::string_view(one.pointer).substr(at + 7);
       (void)std::from_chars(digits.data(), digits.data() + digits.size(), index);
     }
