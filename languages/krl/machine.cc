@@ -99,6 +99,7 @@ bool Machine::in_interrupt() const {
 
 Machine::Progress Machine::advance() {
   if (failed()) return Progress::kFailed;
+  copies_ = 0;
   poll_interrupts();
   asked_ = false;
   for (int spent = 0; !failed(); ++spent) {
@@ -107,8 +108,11 @@ Machine::Progress Machine::advance() {
     Frame& frame = frames_.back();
     module_ = program_.functions[static_cast<std::size_t>(frame.function)].module;
     const Instruction& one = program_.code[frame.at];
-    if (spent >= kMostStatements) {
-      fail(at(), Code::kTooLarge, fmt::format("{} statements without a motion or a wait", kMostStatements),
+    if (spent >= kMostStatements || copies_ > kMostCopies) {
+      fail(at(), Code::kTooLarge,
+           spent >= kMostStatements
+               ? fmt::format("{} statements without a motion or a wait", kMostStatements)
+               : fmt::format("{} elements of arrays copied without a motion or a wait", kMostCopies),
            "Put a WAIT or a motion into the loop");
       break;
     }
@@ -241,6 +245,7 @@ bool Machine::call(int function, const Expression* call, int result) {
   const std::int64_t before = elements_;
   for (const Variable& one : target.locals) made.locals.push_back(make_value(one.type, one.size, elements_));
   made.elements = before - elements_;
+  copies_ += made.elements;
   if (elements_ < 0) {
     fail(call != nullptr ? call->at : TextLocation{}, Code::kTooLarge, "the variables have too many elements",
          "Make arrays smaller, or end the recursion before");

@@ -84,7 +84,8 @@ class Machine {
   enum class Progress : std::uint8_t { kRunning, kEnded, kHalted, kFailed };
   static constexpr int kMostStatements = 100'000;  ///< between two cycles
   static constexpr std::size_t kMostDepth = 64;
-  static constexpr std::int64_t kMostElements = 1'000'000;
+  static constexpr std::int64_t kMostElements = 200'000;
+  static constexpr std::int64_t kMostCopies = 5'000'000;  ///< of elements, between two cycles
 
   /// Both outlive it.
   Machine(const Program& program, Host& host);
@@ -174,7 +175,8 @@ class Machine {
   std::vector<TriggerCommand> triggers_;
   std::optional<std::vector<double>> last_axes_;
   std::optional<Eigen::Isometry3d> last_flange_;
-  std::int64_t elements_ = 0;
+  std::int64_t elements_ = 0;  ///< that may still be made
+  std::int64_t copies_ = 0;    ///< of elements since the last cycle
   int module_ = 0, cyclic_depth_ = 0;
   bool continues_ = false;  ///< CONTINUE: the next statement does not stop the advance run
   bool asked_ = false;      ///< something live was read since the last cycle

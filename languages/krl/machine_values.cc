@@ -9,6 +9,15 @@
 #include "languages/krl/machine.h"
 
 namespace takt::languages::krl {
+namespace {
+
+std::int64_t count_elements(const Value& value) {
+  std::int64_t count = 1;
+  for (const Value& part : value.parts) count += count_elements(part);
+  return count;
+}
+
+}  // namespace
 
 void Machine::fail(const TextLocation& at, Code code, std::string message, std::string hint) {
   if (failed()) return;
@@ -111,7 +120,9 @@ Value Machine::evaluate(const Expression& one, const Structure* wanted) {
         return failed() ? Value() : evaluate_live(static_cast<Live>(root->live), index, one.at);
       }
       const Value* const found = place(one, nullptr);
-      return found != nullptr ? *found : Value();
+      if (found == nullptr) return {};
+      if (!found->parts.empty()) copies_ += count_elements(*found);
+      return *found;
     }
     case Expression::Kind::kCall: {
       if (one.where == Expression::Where::kFunction)

@@ -53,6 +53,16 @@ TEST(KrlLimits, EndsAProgramThatAllocatesWithoutEnd) {
   EXPECT_EQ(machine.diagnostics().list().front().code, Code::kTooLarge);
 }
 
+TEST(KrlLimits, EndsALoopThatCopiesWithoutEnd) {
+  const auto program =
+      compile({module_of("DEF MAIN()\nDECL REAL A[50000], B[50000]\nLOOP\nA[]=B[]\nENDLOOP\nEND\n")}, {});
+  ASSERT_TRUE(program) << program.error().to_string();
+  TraceHost host;
+  Machine machine(**program, host);
+  EXPECT_EQ(host.run(machine), Machine::Progress::kFailed);
+  EXPECT_EQ(machine.diagnostics().list().front().code, Code::kTooLarge);
+}
+
 TEST(KrlLimits, RefusesStructuresThatContainEachOther) {
   EXPECT_EQ(refused("DEF MAIN()\nEND\n", "DEFDAT MAIN\nSTRUC A INT X, B Y\nSTRUC B A X\nENDDAT\n"),
             Code::kInvalidValue);
