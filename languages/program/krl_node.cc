@@ -267,7 +267,11 @@ class RunHost final : public KrlHost {
     braking_ = true;
     stop_motion();
   }
-  [[nodiscard]] kinematics::JointVector position() const override { return arm().set_point(); }
+  /// Before anything was sent the arm is where it begins.
+  [[nodiscard]] kinematics::JointVector position() const override {
+    const kinematics::JointVector& sent = arm().set_point();
+    return sent.size() > 0 ? sent : arm().start;
+  }
 
   void run_beside(KrlItem item) override {
     RunningGroup made;
