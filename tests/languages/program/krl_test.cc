@@ -80,6 +80,7 @@ TEST(KrlProgram, CommandsWhatItsTwinInStepsCommands) {
   expect_passed(a);
   expect_passed(b);
   EXPECT_EQ(a.cycles, b.cycles);
+  EXPECT_EQ(a.digest, b.digest);
   const auto comparison = record::compare_recordings(folder / "krl.mcap", folder / "steps.mcap");
   ASSERT_TRUE(comparison) << comparison.error().to_string();
   int joints = 0;
