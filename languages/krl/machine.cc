@@ -459,7 +459,9 @@ Machine::Step Machine::switch_interrupts(const Statement& one) {
     if (one.word == "ON" || one.word == "OFF") {
       interrupt.on = one.word == "ON";
       interrupt.pending = false;
-      interrupt.before = true;  // an edge counts from now on
+      std::vector<Frame> above = take_above(interrupt.level);
+      interrupt.before = truth(*interrupt.declared->b);  // an edge counts from now on
+      for (Frame& each : above) frames_.push_back(std::move(each));
     } else {
       interrupt.enabled = one.word == "ENABLE";
     }

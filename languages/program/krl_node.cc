@@ -130,9 +130,12 @@ class RunHost final : public KrlHost {
     Diagnostics own;
     const Outcome outcome = execution_.advance_in(node_.name, *main_->run, own);
     if (outcome == Outcome::kRunning) return false;
-    open_ = execution_.strand->open_arm().empty() ? KrlGroup{} : std::move(main_->group);
-    end(outcome, own, open_.items.empty() ? main_->group : open_);
-    main_.reset();
+    end(outcome, own, main_->group);
+    open_ = execution_.strand->open_arm().empty() ? KrlGroup{} : main_->group;
+    // What was left open refers to its node, and so does what takes it over.
+    constexpr std::size_t kMostPast = 4;
+    past_.push_back(std::move(main_));
+    if (past_.size() > kMostPast) past_.pop_front();
     return true;
   }
 
@@ -140,6 +143,7 @@ class RunHost final : public KrlHost {
   bool advance_open() {
     if (execution_.strand->open_arm().empty()) {
       braking_ = false;
+      past_.clear();
       return false;
     }
     Diagnostics own;
@@ -290,6 +294,7 @@ class RunHost final : public KrlHost {
   krl::Machine machine_;
   std::unique_ptr<RunningGroup> main_;
   KrlGroup open_;  ///< whose last motion was left open
+  std::deque<std::unique_ptr<RunningGroup>> past_;
   std::vector<RunningGroup> beside_;
   std::deque<KrlItem> kept_;  ///< while an interrupt program runs
   Diagnostics failures_;

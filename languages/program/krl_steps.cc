@@ -107,6 +107,7 @@ class TriggeredMotions {
     const std::string name = steps.front().at("name");
     Json move = steps.size() == 1 ? std::move(steps.front())
                                   : Json{{"do", "motions"}, {"name", name}, {"steps", std::move(steps)}};
+    move.erase("name");
     move["start"] = true;
     commands_["move"] = std::move(move);
     for (std::size_t i = 0; i < group_.items.size(); ++i)
