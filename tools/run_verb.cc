@@ -15,6 +15,7 @@
 #include "app/process.h"
 #include "app/run_arguments.h"
 #include "cell/file/data_folder.h"
+#include "cell/file/robot_programs.h"
 #include "cell/replay/resimulation.h"
 #include "core/base/output_file.h"
 #include "core/base/processors.h"
@@ -24,6 +25,7 @@ namespace takt::tools {
 namespace {
 
 struct RunVerbArguments : app::RunArguments {
+  cell::RobotProgram program;
   std::string file, from, image, resim, report;
   bool dry_run = false, step = false, panel = false;
   int port = 0;        // of the page
@@ -73,6 +75,7 @@ void check_resim(const RunVerbArguments& arguments, Diagnostics& diagnostics) {
   conflict(arguments.step, "--step", "commands are carried out again, no steps");
   conflict(!arguments.from.empty(), "--from", "commands are carried out again from the first cycle on");
   conflict(arguments.dry_run, "--dry-run", "there is no rehearsal of recorded commands");
+  conflict(!arguments.program.file.empty(), "--program", "commands are carried out again, no program");
   conflict(arguments.realtime, "--realtime", "recorded commands are carried out in simulated time");
 }
 
@@ -158,6 +161,16 @@ void check_panel(const RunVerbArguments& arguments, Diagnostics& diagnostics) {
     diagnostics.error(Code::kConflict, "--dry-run", "a rehearsal has nothing to look at", "Give --panel or --dry-run");
 }
 
+/// A program in a robot's language takes the place of the scenario's.
+void take_program(const cell::RobotProgram& program, cell::OpenOptions& opening, Diagnostics& diagnostics) {
+  if (program.file.empty()) return;
+  if (auto change = cell::to_override(program)) {
+    opening.overrides.insert(opening.overrides.begin(), std::move(*change));
+  } else {
+    diagnostics.append(change.error());
+  }
+}
+
 int run(const RunVerbArguments& arguments, const Common& common) {
   if (!arguments.resim.empty()) return resim(arguments, common);
   Diagnostics diagnostics;
@@ -172,6 +185,7 @@ int run(const RunVerbArguments& arguments, const Common& common) {
                       "Add --dry-run");
   opening.image = arguments.image;
   check_panel(arguments, diagnostics);
+  take_program(arguments.program, opening, diagnostics);
   reserve_processor(arguments, diagnostics);
   options.processor = arguments.processor;
   if (diagnostics.has_errors()) return report(diagnostics, common);
@@ -226,6 +240,16 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   auto* file = verb->add_option("FILE", arguments->file, "Scenario file, or the name of an installed one");
   app::add_run_options(*verb, *arguments);
   verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
+  auto* program = verb->add_option("--program", arguments->program.file,
+                                   "A program in KRL, NAME.src with NAME.dat, instead of the scenario's program")
+                      ->type_name("NAME.src");
+  verb->add_option("--arm", arguments->program.arm, "With --program: the arm that it moves")
+      ->type_name("NAME")
+      ->needs(program);
+  verb->add_option("--map", arguments->program.map,
+                   "With --program: what its signals, tools, bases and calls are in the cell; default NAME.map.json")
+      ->type_name("FILE")
+      ->needs(program);
   auto* resim =
       verb->add_option("--resim", arguments->resim,
                        "Instead of a scenario: carry out the commands of a recording again, in simulation, and "

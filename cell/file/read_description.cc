@@ -11,6 +11,7 @@
 #include "cell/file/copies.h"
 #include "cell/file/degrees.h"
 #include "cell/file/forms.h"
+#include "cell/file/robot_programs.h"
 #include "core/base/json.h"
 #include "core/base/random.h"
 #include "sim/film/film.h"
@@ -85,6 +86,7 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
   write_out_copies(*document, diagnostics);
   std::vector<NetEntry> nets = read_nets(*document, folder, diagnostics);
   read_charts(*document, folder, diagnostics);
+  read_robot_programs(*document, folder, diagnostics);
   Description description = scenario_form(purpose).read(*document, "", diagnostics);
   check_names(description, diagnostics);
   check_film(description, diagnostics);
