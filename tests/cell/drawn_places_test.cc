@@ -23,11 +23,13 @@ const char* const kCell = R"({"seed": 7,
   "devices": {
     "arm": {"model": "lwr4plus", "at": {"position_m": [0, 0, 0.75]}},
     "wrist": {"model": "ft_gamma", "on": "arm"},
-    "peg": {"model": "peg8_in_hand", "on": "wrist", "mount": {"rpy_deg": [0, 0, 90]}, "vary": {"position_m": [0.003, 0, 0.002]}}},
+    "peg": {"model": "peg8_in_hand", "on": "wrist", "mount": {"rpy_deg": [0, 0, 90]},
+            "vary": {"position_m": [0.003, 0, 0.002]}}},
   "frames": {
     "board": {"position_m": [0.6, 0, 1], "vary": {"position_m": [0.05, 0, 0], "rpy_deg": [0, 0, 180]}},
     "beside": {"in": "board", "position_m": [0.1, 0, 0]}},
-  "objects": {"block": {"shape": "box", "size_m": [0.05, 0.05, 0.05], "at": {"in": "board"}, "vary": {"normal_m": [0.001, 0, 0]}}},
+  "objects": {"block": {"shape": "box", "size_m": [0.05, 0.05, 0.05], "at": {"in": "board"},
+                        "vary": {"normal_m": [0.001, 0, 0]}}},
   "program": {"do": "wait", "seconds": 0.01}})";
 
 Description of_seed(std::uint64_t seed) {
@@ -122,7 +124,8 @@ TEST(Duration, OfWhatRunsInTheProgram) {
       {"do": "wait", "seconds": 0.3},
       {"do": "sequence", "name": "work", "times": 2, "steps": [{"do": "wait", "seconds": 0.2}]},
       {"do": "branch", "cases": [{"when": "$false", "steps": [{"do": "wait", "name": "never", "seconds": 1}]}]}]},
-    "expectations": [{"kind": "duration", "below_s": 0.5, "during": "work"}, {"kind": "duration", "below_s": 0.39, "during": "work"},
+    "expectations": [
+      {"kind": "duration", "below_s": 0.5, "during": "work"}, {"kind": "duration", "below_s": 0.39, "during": "work"},
       {"kind": "duration", "below_s": 0.5}, {"kind": "duration", "below_s": 5, "during": "never"}]})"));
   ASSERT_EQ(report.expectations.size(), 4u);
   EXPECT_TRUE(report.expectations[0].passed) << report.expectations[0].measured;
