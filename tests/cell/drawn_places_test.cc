@@ -111,11 +111,11 @@ TEST(DrawnPlaces, WhatStandsByItselfDoesNotVary) {
   const auto refused = parse_description(R"({"devices": {"arm": {"model": "ur5", "at": {}, "vary": {"radius_m": 0.1}}},
     "program": {"do": "wait", "seconds": 1}})");
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused, Reports(Code::kRequires, "/devices/arm/vary"));
+  EXPECT_THAT(refused, Reports(Code::kMissing, "/devices/arm/vary"));
   const auto negative = parse_description(R"({"frames": {"a": {"vary": {"normal_m": [0, -0.1, 0]}}},
     "program": {"do": "wait", "seconds": 1}})");
   ASSERT_FALSE(negative);
-  EXPECT_THAT(negative, Reports(Code::kOutOfRange, "/frames/a/vary/normal_m/1"));
+  EXPECT_THAT(negative, Reports(Code::kWrongType, "/frames/a/vary/normal_m/1"));
 }
 
 TEST(Duration, OfWhatRunsInTheProgram) {
