@@ -16,6 +16,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Definition, title, first sentence. The order is that of the page.
 SECTIONS = [
     ("place", "Pose", "A pose in a frame. Frames: x forward, y left, z up in the world."),
+    ("frame", "Frame", "A pose by its name; with `vary` it is drawn."),
+    ("variation", "Variation", "How far a pose may be drawn from the one that the file gives, from the seed and a name."),
     ("parameter_range", "Parameter range", "The values that a parameter may have."),
     ("device", "Device", "An arm, base, sensor, tool, gripper or I/O block."),
     ("object", "Object", "A physical object: a model, one shape, or several shapes."),

@@ -20,7 +20,7 @@ namespace {
 constexpr AddVerb kVerbs[] = {add_run,     add_validate,   add_verify,     add_compare, add_bless,   add_render,
                               add_net,     add_operations, add_primitives, add_model,   add_new,     add_list,
                               add_emulate, add_doctor,     add_events,     add_export,  add_recover, add_replay,
-                              add_schema,  add_serve,      add_chart};
+                              add_schema,  add_serve,      add_chart,      add_sweep};
 
 /// A usage error in the form of every other diagnostic.
 int report_usage(const CLI::App& app, const CLI::ParseError& error, const Common& common) {

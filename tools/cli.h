@@ -55,6 +55,7 @@ std::pair<CLI::App*, Verb> add_serve(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_recover(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_schema(CLI::App& app, Common& common);
 std::pair<CLI::App*, Verb> add_chart(CLI::App& app, Common& common);
+std::pair<CLI::App*, Verb> add_sweep(CLI::App& app, Common& common);
 
 /// Prints diagnostics on stderr, a line each; with --json also {"result": "error", "diagnostics": [...]} on stdout.
 /// @return kBadInput

@@ -30,8 +30,10 @@ struct BuiltCell {
   expression::Cell cell;
   device::EmergencyStop* emergency_stop = nullptr;  ///< null: the scenario never presses one
   std::map<std::string, Eigen::Isometry3d, std::less<>>
-      truth_W;                                                ///< drawn pose of every fixed object: expectations only
-  world::FrameGraph start;                                    ///< every frame as it truly is at the start
+      truth_W;              ///< drawn pose of every fixed object: expectations only
+  world::FrameGraph start;  ///< every frame as it truly is at the start
+  /// Of devices whose mount was drawn: where they truly are in the flange, or in the tool side, that carries them.
+  std::map<std::string, Eigen::Isometry3d, std::less<>> true_mounts;
   std::map<std::string, std::string, std::less<>> true_body;  ///< of objects that move: name of the body
   std::map<std::string, std::shared_ptr<FaultPoint>, std::less<>> fault_points;  ///< of devices that may fail
   std::map<std::string, sim::Mount, std::less<>> frames_on;  ///< frames of the file: the bodies they ride on, for films

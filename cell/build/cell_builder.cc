@@ -122,6 +122,12 @@ void hand_over(LoadedCell& loaded, SimulatedCell& simulated, BuiltCell& built) {
   built.cell.objects = std::move(simulated.objects);
   built.cell.frames = std::move(loaded.frames.believed);
   built.start = std::move(loaded.frames.truth);
+  for (const auto& device : loaded.devices) {
+    const DeviceEntry& entry = *device->entry;
+    if (!device->on || entry.true_mount.matrix() == entry.mount.matrix()) continue;
+    built.true_mounts[entry.name] =
+        tool_side_under(*device) ? pose_on_side(*device, MountAs::kTrue) : pose_on_arm(*device, MountAs::kTrue);
+  }
   for (const NetEntry& net : loaded.description.nets) built.cell.nets[net.name] = net.net;
 }
 

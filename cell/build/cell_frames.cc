@@ -92,13 +92,13 @@ void CellFrames::want_mounted(const LoadedDevice& device) {
   const LoadedDevice* carrier = carrying_arm(device);
   const std::string& name = device.entry->name;
   if (const LoadedDevice* side = tool_side_under(device)) {
-    const Relation relation = fixed_in(side->entry->name, pose_on_side(device));
-    wanted_.push_back({device.pointer(), name, "/on", relation, relation});
+    const std::string& below = side->entry->name;
+    wanted_.push_back({device.pointer(), name, "/on", fixed_in(below, pose_on_side(device)),
+                       fixed_in(below, pose_on_side(device, MountAs::kTrue))});
   } else if (carrier) {
     const std::string& arm = carrier->entry->name;
-    const Isometry3d X_FM = pose_on_arm(device);
-    wanted_.push_back(
-        {device.pointer(), name, "/on", on_flange(arm, X_FM), fixed_in(expression::flange_frame(arm), X_FM)});
+    wanted_.push_back({device.pointer(), name, "/on", on_flange(arm, pose_on_arm(device)),
+                       fixed_in(expression::flange_frame(arm), pose_on_arm(device, MountAs::kTrue))});
   } else {
     return;
   }

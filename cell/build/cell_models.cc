@@ -95,21 +95,28 @@ namespace {
 
 /// Pose of a device's mount frame in the mount frame of the first device below it of one of these models.
 template <class Model>
-Eigen::Isometry3d pose_on(const LoadedDevice& device) {
-  Eigen::Isometry3d X = device.entry->mount;
+Eigen::Isometry3d pose_on(const LoadedDevice& device, MountAs as) {
+  const auto mount = [as](const LoadedDevice& one) {
+    return as == MountAs::kTrue ? one.entry->true_mount : one.entry->mount;
+  };
+  Eigen::Isometry3d X = mount(device);
   for (const LoadedDevice* carrier = device.on; carrier; carrier = carrier->on) {
     const auto place = carrier->kind->mount_place(*carrier->model);
     X = place.value_or(MountPlace{}).X_MP * X;
     if (carrier->as<Model>()) break;
-    X = carrier->entry->mount * X;
+    X = mount(*carrier) * X;
   }
   return X;
 }
 
 }  // namespace
 
-Eigen::Isometry3d pose_on_arm(const LoadedDevice& device) { return pose_on<device::ArmDescription>(device); }
-Eigen::Isometry3d pose_on_side(const LoadedDevice& device) { return pose_on<device::ToolSideDescription>(device); }
+Eigen::Isometry3d pose_on_arm(const LoadedDevice& device, MountAs as) {
+  return pose_on<device::ArmDescription>(device, as);
+}
+Eigen::Isometry3d pose_on_side(const LoadedDevice& device, MountAs as) {
+  return pose_on<device::ToolSideDescription>(device, as);
+}
 
 device::PayloadSetting mass_below(const kinematics::RobotModel& model, const std::string& link) {
   // Links come parents first, so one pass knows the pose of every link below.

@@ -24,11 +24,14 @@ namespace takt::cell {
 /// The tool side of a tool changer that a device is mounted on, directly or through others; null: none.
 [[nodiscard]] const LoadedDevice* tool_side_under(const LoadedDevice& device);
 
+/// As the program believes it to be, or as it was drawn.
+enum class MountAs : std::uint8_t { kBelieved, kTrue };
+
 /// Pose of a mounted device's mount frame in the coupling face of the tool side below it.
-[[nodiscard]] Eigen::Isometry3d pose_on_side(const LoadedDevice& device);
+[[nodiscard]] Eigen::Isometry3d pose_on_side(const LoadedDevice& device, MountAs as = MountAs::kBelieved);
 
 /// Pose of a mounted device's mount frame in the flange of the arm that carries it.
-[[nodiscard]] Eigen::Isometry3d pose_on_arm(const LoadedDevice& device);
+[[nodiscard]] Eigen::Isometry3d pose_on_arm(const LoadedDevice& device, MountAs as = MountAs::kBelieved);
 
 /// Mass and centre of mass of a link and all that hangs below it, joints at zero, in that link's frame; no inertia.
 [[nodiscard]] device::PayloadSetting mass_below(const kinematics::RobotModel& model, const std::string& link);

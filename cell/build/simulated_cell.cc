@@ -28,7 +28,7 @@ sim::Mount mount_of(const LoadedDevice& device, const world::FrameGraph& truth) 
   if (!device.on || device.as<device::ToolSideDescription>())
     return {"", truth.pose(device.entry->name).value_or(Eigen::Isometry3d::Identity())};
   const auto place = device.on->kind->mount_place(*device.on->model).value_or(MountPlace{});
-  return {device.on->entry->name + "/" + place.link, place.X_LP * device.entry->mount};
+  return {device.on->entry->name + "/" + place.link, place.X_LP * device.entry->true_mount};
 }
 
 // -- Surfaces ---------------------------------------------------------------------------------------------------------

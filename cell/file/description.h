@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -28,16 +29,18 @@ struct Placement {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
 };
 
-/// How far a placement is drawn from its nominal pose, uniformly, from the scenario's seed and the object's name.
+/// How far a placement is drawn from its nominal pose, from the scenario's seed and a name: uniformly, and normally.
 struct Variation {
   double radius_m = 0.0;                                 ///< in a disc of this radius in the x-y plane of the frame
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< +- per axis
   Eigen::Vector3d rpy_deg = Eigen::Vector3d::Zero();     ///< +- per angle
+  Eigen::Vector3d normal_m = Eigen::Vector3d::Zero();    ///< standard deviation per axis, beside what is uniform
 };
 
 struct FrameEntry {
   std::string name;
-  Placement at;
+  Placement at;    ///< as it was drawn: the program knows it
+  Variation vary;  ///< from which it was drawn
 };
 
 /// A device of the cell: what it is (model), where it stands (`at`) or on which device's flange it is mounted (`on`).
@@ -47,8 +50,10 @@ struct DeviceEntry {
   std::optional<Placement> at;
   std::string on;
   Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< with `on`: its base in the place that carries it, m
-  std::vector<double> start_rad;                            ///< joint positions at the start; empty = the model's home
-  double payload_error_kg = 0.0;                            ///< how much the controller believes more than there is
+  Variation vary;                                           ///< of `mount`
+  Eigen::Isometry3d true_mount = Eigen::Isometry3d::Identity();  ///< as it was drawn; the program does not know it
+  std::vector<double> start_rad;  ///< joint positions at the start; empty = the model's home
+  double payload_error_kg = 0.0;  ///< how much the controller believes more than there is
   std::string tool;      ///< of an arm: the device that is its tool where a step names none; empty: the only one
   std::string material;  ///< of its surfaces; empty: the model's
   std::optional<double> friction;  ///< of its surfaces, sliding, Coulomb; instead of the material's
@@ -213,5 +218,8 @@ enum class ReadFor { kScenario, kCell };
 
 /// The pose of an object in its parent frame for a seed (row D5: same seed, same pose, whatever else is in the file).
 [[nodiscard]] Eigen::Isometry3d drawn_pose(const ObjectEntry& object, std::uint64_t seed);
+/// A pose that varies about X, for a seed and a name.
+[[nodiscard]] Eigen::Isometry3d drawn_pose(const Eigen::Isometry3d& X, const Variation& vary, std::uint64_t seed,
+                                           std::string_view name);
 
 }  // namespace takt::cell

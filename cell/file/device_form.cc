@@ -22,6 +22,12 @@ const FormOf<DeviceEntry>& device_form() {
                    .optional("face to face"),
                &DeviceEntry::mount)
           .rule(needs("mount", "on", "Give \"on\": NAME, or \"at\""))
+          .add(object_key("vary", variation_form(),
+                          "With 'on': how far its true mount may differ from 'mount', which the program goes by; drawn "
+                          "from the seed and the device's name. So a part is held in a hand that does not know where.")
+                   .optional("not at all"),
+               &DeviceEntry::vary)
+          .rule(needs("vary", "on", "Give \"on\": NAME; a device of its own varies with the frame that it stands in"))
           .add(numbers_key("start_deg", 0, "degrees", kAnyNumber,
                            "Joint positions at the start, one per joint, inside the joint range.")
                    .optional("the home posture of the model"),

@@ -13,6 +13,10 @@ extern const NameRule kCellName;
 /// The poses of a frame without "in", m.
 [[nodiscard]] const FormOf<Eigen::Isometry3d>& pose_form();
 [[nodiscard]] const FormOf<Placement>& place_form();
+/// "vary".
+[[nodiscard]] const FormOf<Variation>& variation_form();
+/// One of "frames", without its name.
+[[nodiscard]] const FormOf<FrameEntry>& frame_form();
 /// Poses by name. @param name  of the key
 [[nodiscard]] KeyOf<Eigen::Isometry3d> poses_key(std::string name, std::string doc);
 /// @param whose  "this surface instead of its material": whose friction it is

@@ -112,20 +112,6 @@ const FormOf<ScrewEntry>& screw_form() {
   return form;
 }
 
-const FormOf<Variation>& variation_form() {
-  static const auto form =
-      FormOf<Variation>()
-          .add(number_key("radius_m", "m", kNotNegative, "Radius of a disc in the x-y plane.").optional("0"),
-               &Variation::radius_m)
-          .add(numbers_key("position_m", 3, "m", kNotNegative, "Largest deviation along x, y and z.").optional("none"),
-               &Variation::position_m)
-          .add(
-              numbers_key("rpy_deg", 3, "degrees", {.low = 0, .high = 180}, "Largest deviation of roll, pitch and yaw.")
-                  .optional("none"),
-              &Variation::rpy_deg);
-  return form;
-}
-
 FormOf<ObjectEntry> form_of_object() {
   using Object = ObjectEntry;
   FormOf<Object> form("object");

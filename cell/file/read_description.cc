@@ -73,6 +73,14 @@ void apply(const Override& change, Json& document, Diagnostics& diagnostics) {
   }
 }
 
+/// Of frames, which the program knows as they were drawn, and of mounts, which it does not know.
+void draw_places(Description& description) {
+  for (FrameEntry& frame : description.frames)
+    frame.at.X = drawn_pose(frame.at.X, frame.vary, description.seed, frame.name);
+  for (DeviceEntry& device : description.devices)
+    device.true_mount = drawn_pose(device.mount, device.vary, description.seed, device.name);
+}
+
 /// @param folder  of the files that the text names; none are found below an empty one
 std::optional<Description> parse(std::string_view text, const std::filesystem::path& folder,
                                  const std::vector<Override>& overrides, std::optional<std::uint64_t> seed,
@@ -93,6 +101,7 @@ std::optional<Description> parse(std::string_view text, const std::filesystem::p
   description.nets = std::move(nets);
   description.text = document->dump(2) + "\n";
   if (seed) description.seed = *seed;
+  draw_places(description);
   return description;
 }
 
@@ -131,17 +140,24 @@ Result<Description> read_description(const std::filesystem::path& file, const st
 }
 
 Eigen::Isometry3d drawn_pose(const ObjectEntry& object, std::uint64_t seed) {
-  Random random(seed, object.name);
-  const double radius = object.vary.radius_m * std::sqrt(random.unit());
+  return drawn_pose(object.at.X, object.vary, seed, object.name);
+}
+
+Eigen::Isometry3d drawn_pose(const Eigen::Isometry3d& nominal, const Variation& vary, std::uint64_t seed,
+                             std::string_view name) {
+  Random random(seed, name);
+  const double radius = vary.radius_m * std::sqrt(random.unit());
   const double direction = random.uniform(0.0, 2.0 * std::numbers::pi);
-  Eigen::Isometry3d X = object.at.X;
+  Eigen::Isometry3d X = nominal;
   X.translation() += radius * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0.0);
-  for (int axis = 0; axis < 3; ++axis) X.translation()[axis] += object.vary.position_m[axis] * random.uniform(-1, 1);
+  for (int axis = 0; axis < 3; ++axis) X.translation()[axis] += vary.position_m[axis] * random.uniform(-1, 1);
   for (int axis = 2; axis >= 0; --axis) {
-    X.linear() = X.linear() * Eigen::AngleAxisd(object.vary.rpy_deg[axis] * kDegree * random.uniform(-1, 1),
-                                                Eigen::Vector3d::Unit(axis))
-                                  .toRotationMatrix();
+    X.linear() = X.linear() *
+                 Eigen::AngleAxisd(vary.rpy_deg[axis] * kDegree * random.uniform(-1, 1), Eigen::Vector3d::Unit(axis))
+                     .toRotationMatrix();
   }
+  for (int axis = 0; axis < 3; ++axis)
+    X.translation()[axis] += vary.normal_m[axis] > 0.0 ? vary.normal_m[axis] * random.normal() : 0.0;
   return X;
 }
 

@@ -135,14 +135,7 @@ void add_run(FormOf<Description>& form) {
 
 void add_cell(FormOf<Description>& form) {
   using D = Description;
-  form.add(members_key("frames", object_key("", place_form().form(), ""), "Poses by name, to be used as 'in'.")
-               .with_names(kCellName)
-               .optional(),
-           [](FormReader& from, D& to) {
-             from.members("frames", [&](const std::string& name, const Json& json, const std::string& pointer) {
-               to.frames.push_back({name, place_form().read(json, pointer, from.diagnostics())});
-             });
-           })
+  form.add(members_key("frames", kCellName, frame_form(), "Poses by name, to be used as 'in'.").optional(), &D::frames)
       .add(members_key("parameters", any_of_key("", {"number", "string", "boolean"}, ""),
                        "Numbers, texts and Booleans by name. Outside of programs a text \"$NAME\" is the value of that "
                        "parameter; a program that is one sequence has them as variables.")

@@ -27,8 +27,14 @@ std::optional<Isometry3d> true_frame(const BuiltCell& built, const std::string& 
   Isometry3d X = Isometry3d::Identity();
   for (const std::string_view name : frames.path_to_world(frame)) {
     if (built.cell.objects.contains(name)) return true_pose(built, std::string(name)) * X;
+    const std::string owner(name.substr(0, name.find('/')));
+    if (owner.size() < name.size() && built.cell.tools.contains(owner)) {
+      // A tool centre point that is a link of its tool is where its springs let it be.
+      if (const int body = built.world->body(std::string(name)); body >= 0) return built.world->body_pose(body) * X;
+    }
     const world::Relation& relation = *frames.relation(name);
-    X = relation.X_PF * X;
+    const auto drawn = built.true_mounts.find(name);
+    X = (drawn == built.true_mounts.end() ? relation.X_PF : drawn->second) * X;
     if (relation.kind == Kind::kFlange) return true_flange(built, relation.source) * X;
     if (relation.kind == Kind::kLink)
       return true_pose(built, expression::link_frame(relation.source, relation.link)) * X;
@@ -38,7 +44,14 @@ std::optional<Isometry3d> true_frame(const BuiltCell& built, const std::string& 
 }
 
 Isometry3d true_tool(const BuiltCell& built, const std::string& arm) {
-  return true_flange(built, arm) * expression::default_tcp(built.cell, arm);
+  const Isometry3d X_FT = expression::default_tcp(built.cell, arm);
+  const std::string& tool = built.cell.arms.find(arm)->second.tool_name;
+  const auto mounted = built.cell.tools.find(tool);
+  const bool drawn =
+      built.true_mounts.contains(tool) && mounted != built.cell.tools.end() && mounted->second.arm == arm;
+  const auto X_WM = drawn ? true_frame(built, tool) : std::nullopt;
+  const auto X_FM = built.cell.frames.pose(tool, expression::flange_frame(arm));
+  return X_WM && X_FM ? *X_WM * X_FM->inverse() * X_FT : true_flange(built, arm) * X_FT;
 }
 
 }  // namespace takt::cell

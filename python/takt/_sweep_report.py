@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ._sweep import Sweep
+    from ._sweep_folder import Sweep
 
 Z_95 = 1.959963984540054
 

@@ -1,8 +1,9 @@
 """Runs a scenario many times, and says how often it holds (docs/sweeps.md).
 
-  python3 -m takt sweep touch.json OUT --seeds 1000 [--vary /json/pointer=1,2,3] [--between /json/pointer=0.1,0.5] [--jobs 8]
-  python3 -m takt sweep OUT                  goes on with it, and prints the report
-  python3 -m takt sweep OUT --point 0042     runs that point alone, here: for other engines
+  takt sweep touch.json OUT --seeds 1000 [--vary /json/pointer=1,2,3] [--between /json/pointer=0.1,0.5] [--jobs 8]
+  takt sweep OUT                  goes on with it, and prints the report
+  takt sweep OUT --point 0042     runs that point alone, here: for other engines
+  takt sweep scenarios/benchmarks --seeds 50   each scenario of a folder, held against its golden statistics
 """
 from __future__ import annotations
 
@@ -17,11 +18,12 @@ from queue import Empty, Queue
 from typing import IO, Any, Iterable, Mapping, Sequence
 
 from ._errors import Error
-from ._sweep import Between, Point, Sweep, SweepError, between, points_of
+from ._sweep_folder import Between, Point, Sweep, SweepError, between, points_of
+from ._sweep_golden import against_golden, bless, golden_file, worse
 from ._sweep_report import Distribution, PairedComparison, Share, SweepReport, mcnemar, paired
 
-__all__ = ["Between", "Distribution", "PairedComparison", "Point", "Share", "Sweep", "SweepError", "SweepReport", "between",
-           "main", "mcnemar", "paired", "points_of", "run", "run_on", "run_points", "sweep"]
+__all__ = ["Between", "Distribution", "PairedComparison", "Point", "Share", "Sweep", "SweepError", "SweepReport",
+           "against_golden", "between", "bless", "main", "mcnemar", "paired", "points_of", "run", "run_on", "run_points", "sweep"]
 
 TRIES = 2  # a point that ends its process so often has crashed
 
@@ -189,40 +191,88 @@ def _range(text: str) -> tuple[str, Between]:
     return pointer, between(*values)
 
 
+def _scenarios(folder: pathlib.Path) -> list[pathlib.Path]:
+    """Scenario files of a folder, without goldens."""
+    files = [one for one in sorted(folder.glob("*.json")) if not one.name.endswith(".golden.json")]
+    if not files:
+        raise SweepError(_row("not-found", str(folder), "there is neither a sweep nor a scenario in this folder"))
+    return files
+
+
+def _opened(given: argparse.Namespace) -> list[Sweep]:
+    """The sweep of a folder, or new ones: of a scenario, or of each scenario of a folder."""
+    path = pathlib.Path(given.FILE)
+    if (path / "sweep.json").exists():
+        return [Sweep(path)]
+    points = points_of(range(given.first_seed, given.first_seed + given.seeds), dict(given.vary + given.between), given.sampling)
+    if path.is_dir():
+        out = pathlib.Path(given.OUT or path.resolve().name + ".sweep")
+        return [Sweep.create(one, out / one.stem, points) for one in _scenarios(path)]
+    return [Sweep.create(given.FILE, given.OUT or path.stem + ".sweep", points)]
+
+
+def _finish(made: Sweep, report: SweepReport, given: argparse.Namespace) -> tuple[dict[str, Any], str, bool]:
+    """Files, the report as JSON and as text, and whether it holds."""
+    (made.folder / "table.csv").write_text(made.table(given.unlike))
+    (made.folder / "report.html").write_text(report.html())
+    row, text = report.as_dict(), str(report)
+    if given.bless:
+        text += f"\n  wrote {bless(made, given.bless)}"
+    compared = [(str(golden_file(made.scenario)), against_golden(made))]
+    if given.against:
+        other = pathlib.Path(given.against)
+        beside = other if (other / "sweep.json").exists() else other / made.folder.name
+        compared.append((str(beside), paired(Sweep(beside), made)))
+    held, row["against"] = report.passed.count == report.passed.of and not report.missing, []
+    for name, one in compared:
+        if one is None:
+            continue
+        held = not worse(one) and not report.missing
+        row["against"].append({"first": name, "both": one.both, "only_first": one.only_a, "only_second": one.only_b,
+                               "neither": one.neither, "p": one.p, "worse": worse(one)})
+        text += f"\n  against {name}: {one}" + (": worse" if worse(one) else "")
+    return row, text, held
+
+
 def main(arguments: list[str] | None = None) -> int:
-    """Exit status: 0 all passed, 1 some did not, 2 bad input, 3 a result could not be stored, 130 interrupted."""
-    parser = argparse.ArgumentParser(prog="python3 -m takt sweep", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("FILE", help="scenario; or the folder of a sweep, to go on with it")
-    parser.add_argument("OUT", nargs="?", help="folder of the sweep")
+    """Exit status: 0 all passed, or it is not worse than its golden or --against; 1 it is; 2 bad input, 3 a result could not
+    be stored, 130 interrupted."""
+    parser = argparse.ArgumentParser(prog="takt sweep", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("FILE", help="scenario, or a folder of them; or the folder of a sweep, to go on with it")
+    parser.add_argument("OUT", nargs="?", help="folder of the sweep; default: NAME.sweep")
     parser.add_argument("--seeds", type=int, default=100)
+    parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--vary", type=_values, action="append", default=[], metavar="POINTER=A,B,C")
     parser.add_argument("--between", type=_range, action="append", default=[], metavar="POINTER=LOW,HIGH")
     parser.add_argument("--sampling", choices=("random", "latin"), default="random")
     parser.add_argument("--jobs", type=int)
     parser.add_argument("--point", metavar="ID", action="append", help="run these points only, in this process")
+    parser.add_argument("--against", metavar="FOLDER", help="another sweep on equal points, or the folder of several: McNemar's test")
+    parser.add_argument("--bless", metavar="REASON", help="write golden statistics beside the scenario")
     parser.add_argument("--unlike", action="store_true", help="accept results of unlike builds and classes of CPU")
-    parser.add_argument("--json", action="store_true", help="the report as JSON on stdout")
+    parser.add_argument("--json", action="store_true", help="the report as JSON on stdout, of several a list")
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
+    rows, held = [], True
     try:
         if given.worker:
             return _work(given.FILE)
-        if given.OUT is None:
-            made = Sweep(given.FILE)
-        else:
-            made = Sweep.create(given.FILE, given.OUT, points_of(given.seeds, dict(given.vary + given.between), given.sampling))
-        if given.point:
-            made.check()
-            for identity in given.point:
-                made.run_point(identity)
-            return 0
-        report = run(made, given.jobs, sys.stderr.isatty(), given.unlike)
-        (made.folder / "table.csv").write_text(made.table(given.unlike))
-        (made.folder / "report.html").write_text(report.html())
+        for made in _opened(given):
+            if given.point:
+                made.check()
+                for identity in given.point:
+                    made.run_point(identity)
+                continue
+            row, text, holds = _finish(made, run(made, given.jobs, sys.stderr.isatty(), given.unlike), given)
+            rows.append(row)
+            held = held and holds
+            if not given.json:
+                print(text)
     except KeyboardInterrupt:
         return 130
     except Error as error:
         print(error, file=sys.stderr)
         return 3 if error.code == "file-not-writable" else 2
-    print(json.dumps(report.as_dict(), indent=2) if given.json else report)
-    return 0 if report.passed.count == report.passed.of and not report.missing else 1
+    if given.json and rows:
+        print(json.dumps(rows[0] if len(rows) == 1 else rows, indent=2))
+    return 0 if held else 1

@@ -129,13 +129,13 @@ def test_a_point_that_ends_its_process_is_a_row(tmp_path):
     done = start(tmp_path / "a", "--jobs", 1, "--json", tmp_path=tmp_path, patch="""
         import os, signal, sys
         if "--worker" in sys.orig_argv:
-            import takt._sweep
-            run = takt._sweep.Sweep.run_point
+            import takt._sweep_folder
+            run = takt._sweep_folder.Sweep.run_point
             def die(self, identity):
                 if identity == "0001":
                     os.kill(os.getpid(), signal.SIGKILL)
                 return run(self, identity)
-            takt._sweep.Sweep.run_point = die
+            takt._sweep_folder.Sweep.run_point = die
         """)
     assert done.returncode == 1, done.stderr
     report = json.loads(done.stdout)
@@ -188,3 +188,53 @@ def test_two_versions_on_equal_points(tmp_path):
     compared = sweeps.paired(good, bad)
     assert (compared.both, compared.only_a, compared.only_b, compared.neither) == (2, 2, 0, 0)
     assert compared.p == 0.5
+
+
+def test_folders_goldens_and_two_versions(tmp_path):
+    """Each scenario of a folder is a sweep; golden statistics are beside it, and another sweep may be held against it."""
+    bench = tmp_path / "bench"
+    bench.mkdir()
+    text = json.loads((ROOT / "scenarios/wave.json").read_text())
+    text |= {"expectations": [], "program": SHORT["/program"][0]}
+    for name in ("a", "b"):
+        (bench / f"{name}.json").write_text(json.dumps(text))
+    first = start(bench, tmp_path / "one", "--seeds", 3, "--jobs", 1, "--json")
+    assert first.returncode == 0, first.stderr
+    assert [row["points"] for row in json.loads(first.stdout)] == [3, 3]
+    again = start(bench, tmp_path / "two", "--seeds", 3, "--jobs", 1, "--json", "--against", tmp_path / "one")
+    assert [row["against"][0]["both"] for row in json.loads(again.stdout)] == [3, 3]
+
+
+def test_golden_statistics(tmp_path):
+    scenario = tmp_path / "w.json"
+    scenario.write_text((ROOT / "scenarios/wave.json").read_text())
+    made = sweeps.Sweep.create(scenario, tmp_path / "a", sweeps.points_of(8))
+    for point in made.points:
+        made.store(point.id, {**point.row(), "result": "passed", "fingerprint": {}, "expectations": []})
+    assert sweeps.against_golden(made) is None
+    assert sweeps.bless(made, "looked at").name == "w.sweep.golden.json"
+    same = sweeps.against_golden(made)
+    assert same is not None and (same.both, same.p) == (8, 1.0)
+    for point in made.points[:7]:
+        made.store(point.id, {**point.row(), "result": "failed", "fingerprint": {}, "expectations": []})
+    now = sweeps.against_golden(made)
+    assert now is not None and (now.both, now.only_a, now.only_b) == (1, 7, 0) and now.p == pytest.approx(2 / 128)
+    assert start(tmp_path / "a").returncode == 1, "worse than its golden, and no chance"
+    (tmp_path / "w.sweep.golden.json").write_text("{}")
+    with pytest.raises(sweeps.SweepError) as refused:
+        sweeps.against_golden(made)
+    assert refused.value.code == "syntax"
+    varied = sweeps.Sweep.create(scenario, tmp_path / "b", sweeps.points_of(1, {"/seed": [1]}))
+    with pytest.raises(sweeps.SweepError):
+        sweeps.bless(varied, "no golden of varied values")
+
+
+def test_the_verb_hands_over(tmp_path):
+    program = os.environ["TAKT_PROGRAM"]
+    created(tmp_path / "a", seeds=2)
+    environment = {**os.environ, "TAKT_PYTHON": sys.executable}
+    done = subprocess.run([program, "sweep", tmp_path / "a", "--jobs", "1", "--json"], env=environment, capture_output=True, text=True)
+    assert (done.returncode, json.loads(done.stdout)["passed"]) == (0, 2), done.stderr
+    bare = subprocess.run([program, "sweep", tmp_path / "a", "--json"], env={**environment, "TAKT_PYTHON": "false"}, capture_output=True,
+                          text=True)
+    assert (bare.returncode, json.loads(bare.stdout)["diagnostics"][0]["code"]) == (2, "requires")

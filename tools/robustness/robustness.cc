@@ -106,6 +106,16 @@ double Robustness::share_at_least() const {
   return low;
 }
 
+std::pair<double, double> Robustness::interval() const {
+  constexpr double kZ = 1.959963984540054;
+  const auto n = static_cast<double>(variations.size() - interrupted()), k = static_cast<double>(passed());
+  if (n == 0.0) return {0.0, 1.0};
+  const double p = k / n, middle = p + kZ * kZ / (2.0 * n);
+  const double width = kZ * std::sqrt(p * (1.0 - p) / n + kZ * kZ / (4.0 * n * n));
+  const double below = 1.0 + kZ * kZ / n;
+  return {k == 0.0 ? 0.0 : (middle - width) / below, k == n ? 1.0 : (middle + width) / below};
+}
+
 std::vector<ExpectationSpread> Robustness::expectations() const {
   std::vector<ExpectationSpread> all;
   for (const Variation& variation : variations) {
@@ -149,6 +159,7 @@ Json to_json(const Robustness& robustness) {
           {"interrupted", robustness.interrupted()},
           {"needed", robustness.needed},
           {"share_at_least", robustness.share_at_least()},
+          {"interval_95", {robustness.interval().first, robustness.interval().second}},
           {"wall_time", robustness.wall_s},
           {"jobs", robustness.jobs},
           {"expectations", std::move(expectations)},

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -50,6 +51,8 @@ struct Robustness {
   /// Share of all possible variations that pass, at least, with 95 % confidence: the lower bound of Clopper and
   /// Pearson (Biometrika 26, 1934), one-sided.
   [[nodiscard]] double share_at_least() const;
+  /// Least and greatest share, two-sided with 95 % confidence: the interval of Wilson, as of sweeps.
+  [[nodiscard]] std::pair<double, double> interval() const;
   [[nodiscard]] std::vector<ExpectationSpread> expectations() const;
 };
 
