@@ -189,6 +189,33 @@ std::optional<CellTool> KrlMap::find_tool(const expression::Cell& cell, const Ei
   return std::nullopt;
 }
 
+const Form& krl_map_form() {
+  const auto names = [](const char* key, const char* doc) {
+    return members_key(key, text_key("", ""), doc).optional();
+  };
+  static const Form form{
+      .doc = "",
+      .keys =
+          {names("inputs", "Number of $IN to a digital input."),
+           names("analog_inputs", "Number of $ANIN to an analog input."),
+           names("analog_outputs", "Number of $ANOUT to an analog output."),
+           members_key("outputs", any_of_key("", {"string", "object"}, ""),
+                       "Number of $OUT to a digital output, or to steps as 'on' and 'off'.")
+               .optional(),
+           members_key("calls", any_of_key("", {"object", "array"}, ""),
+                       "Name of a call that the program does not have to a step or to steps.")
+               .optional(),
+           names("tools", "Number of a tool to one of the arm, 'NAME' or 'NAME/TCP'."),
+           names("bases", "Number of a base to a frame."),
+           texts_key("axes", "Names of the joints in their order, A1 to A6 and E1 to E6.").optional(),
+           numbers_key("axis_offsets_deg", 0, "deg", {}, "What the program says less what the joint has.").optional(),
+           list_key("nominal_inputs", 0, integer_key("", {.low = 1, .high = 8192}, ""),
+                    "Numbers of inputs that are TRUE in the rehearsal.")
+               .optional()},
+      .definition = "krl_map"};
+  return form;
+}
+
 KrlMap read_krl_map(ObjectReader& node, const expression::Cell& cell) {
   KrlMap map;
   std::vector<std::string> arms;

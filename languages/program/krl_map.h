@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json_fwd.hpp>
 
+#include "core/base/form.h"
 #include "core/base/object_reader.h"
 #include "core/expression/cell.h"
 #include "languages/krl/program.h"
@@ -40,6 +41,9 @@ struct KrlMap {
   /// The tool centre point that the cell has there.
   [[nodiscard]] std::optional<CellTool> find_tool(const expression::Cell& cell, const Eigen::Isometry3d& X_FT) const;
 };
+
+/// The keys of "map", for the schema.
+[[nodiscard]] const Form& krl_map_form();
 
 /// Reads "arm" and "map" of a node. Diagnostics: names that the cell does not have. Realtime: setup.
 [[nodiscard]] KrlMap read_krl_map(ObjectReader& node, const expression::Cell& cell);

@@ -10,6 +10,7 @@
 #include "core/base/json.h"
 #include "core/base/object_reader.h"
 #include "core/device/arm.h"
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/strand.h"
 #include "languages/krl/lexer.h"
 #include "languages/program/krl_host.h"
@@ -377,6 +378,16 @@ std::vector<krl::ModuleText> read_modules(ObjectReader& reader) {
   return modules;
 }
 
+const Form& krl_form() {
+  static const Form form = program::node_form(
+      "krl", "Runs a program in KRL on one arm.",
+      {any_of_key("program", {"string", "object"},
+                  "File of the program (.src), relative to this file and in its folder or below."),
+       text_key("arm", "The arm that it moves.").optional("the only one"),
+       object_key("map", krl_map_form(), "What its numbers and names are in the cell (docs/krl.md).").optional()});
+  return form;
+}
+
 }  // namespace
 
 std::unique_ptr<program::Node> parse_krl(const Json& json, const std::string& pointer, program::NodeParser& parser) {
@@ -401,8 +412,6 @@ std::unique_ptr<program::Node> parse_krl(const Json& json, const std::string& po
   return node;
 }
 
-program::NodeKind krl_kind() {
-  return {"krl", "Runs a program in KRL on one arm. Keys: program, arm, map.", parse_krl};
-}
+program::NodeKind krl_kind() { return {"krl", krl_form(), parse_krl}; }
 
 }  // namespace takt::languages

@@ -12,6 +12,7 @@
 #include "core/activity/scheduler.h"
 #include "core/base/object_reader.h"
 #include "core/expression/contact_reader.h"
+#include "core/program/tree/node_forms.h"
 #include "core/program/tree/strand.h"
 #include "languages/program/tree_leaves.h"
 
@@ -339,6 +340,15 @@ void TreeNode::rehearse(operations::Rehearsal& rehearsal, program::Scope&, Diagn
   TreeRehearsal(*this, rehearsal, diagnostics).run();
 }
 
+const Form& tree_form() {
+  static const Form form = program::node_form(
+      "tree", "Runs a behaviour tree (BehaviorTree.CPP 4) whose leaves are programs.",
+      {any_of_key("tree", {"string", "object"},
+                  "File of a behaviour tree, relative to this file and in its folder or below."),
+       text_key("main", "Tree to run.").optional("main_tree_to_execute of the file, or its only one")});
+  return form;
+}
+
 }  // namespace
 
 std::unique_ptr<program::Node> parse_tree(const TreeJson& json, const std::string& pointer,
@@ -367,9 +377,6 @@ std::unique_ptr<program::Node> parse_tree(const TreeJson& json, const std::strin
   return node;
 }
 
-program::NodeKind tree_kind() {
-  return {"tree", "Runs a behaviour tree (BehaviorTree.CPP 4) whose leaves are programs. Keys: tree, main.",
-          parse_tree};
-}
+program::NodeKind tree_kind() { return {"tree", tree_form(), parse_tree}; }
 
 }  // namespace takt::languages
