@@ -175,7 +175,7 @@ constexpr Without kWithout[] = {
     {"peak_force", World::kWindowEmpty}, {"peak_force", World::kNeverRan},  {"repeats", World::kWindowEmpty},
     {"repeats", World::kNeverRan},       {"screw", World::kWindowEmpty},    {"screw", World::kNeverRan},
     {"signal", World::kWindowEmpty},     {"signal", World::kNeverRan},      {"step", World::kWindowEmpty},
-    {"seam", World::kWindowEmpty}, {"seam", World::kNeverRan},
+    {"seam", World::kWindowEmpty},       {"seam", World::kNeverRan},
 };
 
 std::string expectation(const Row& row) {
