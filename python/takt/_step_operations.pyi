@@ -11,8 +11,8 @@ Numbers = Sequence[float] | npt.NDArray[np.float64]
 FileGoal = str | Mapping[str, Any]
 
 __all__ = ["attach", "circ", "control_mode", "couple", "detach", "fit_pose", "follow", "freedrive", "grip", "hold",
-           "jog", "lin", "motions", "move", "net", "press", "ptp", "record_contact", "release", "search", "set",
-           "set_frame", "spline", "tare", "transaction", "uncouple", "wait", "weld", "wipe"]
+           "jog", "lin", "look_at", "motions", "move", "net", "press", "ptp", "record_contact", "release", "search",
+           "set", "set_frame", "spline", "tare", "transaction", "uncouple", "wait", "weld", "wipe"]
 
 def attach(part: str | str | None = ..., *, tool: str | None = ..., grasp: str | None = ...) -> Step:
     """Notes that a tool without fingers holds an object: a magnet, a suction cup.
@@ -220,6 +220,42 @@ def lin(
     blend_fraction: The same as a share of the path. (number, at least 0.0001, at most 0.5; optional)
     blend: share of its time from which the next motion may take over, 0.5 to 1 (optional)
     X_FM: pose of the frame that moves, in the flange, 4x4 in m (optional)
+    """
+
+def look_at(
+    at: str, *, arm: str | str | None = ..., seconds: float | str | None = ...,
+    until: Condition | Mapping[str, Any] | str | None = ..., tool: str | None = ..., tcp: str | None = ...,
+    compliance: Any | None = ..., abort_if: Condition | Mapping[str, Any] | str | None = ...,
+    linear_max_m_s: float | str | None = ..., angular_max_deg_s: float | str | None = ..., in_: str | None = ...,
+    distance_m: float | str | None = ..., azimuth_deg: float | str | None = ...,
+    elevation_deg: float | str | None = ..., roll_deg: float | str | None = ..., distance_channel: str | None = ...,
+    azimuth_channel: str | None = ..., elevation_channel: str | None = ...,
+    orbit_linear_max_m_s: float | str | None = ..., orbit_angular_max_deg_s: float | str | None = ...,
+    on_unreachable: Literal["rest", "fail"] | None = ...
+) -> Step:
+    """A camera on an arm keeps a frame in the middle of its picture, from a distance and at two angles.
+
+    seconds: Ends after this time. (number in s, at least 0, at most 3600; optional)
+    until: Ends when this becomes true. (condition; optional)
+    tool: Tool of the arm that it works with: the one that the cell declares. (text; optional)
+    tcp: Tool centre point of that tool, or a frame of what the arm holds: that of the tool. (text; optional)
+    compliance: How the arm yields to forces meanwhile; the arm has to be in that control mode. (compliance; optional)
+    abort_if: Comes to rest and fails when this becomes true. (condition; optional)
+    linear_max_m_s: Largest speed of the tool. (number in m/s, above 0, at most 1; default 0.25)
+    angular_max_deg_s: Largest angular speed of the tool. (number in deg/s, above 0, at most 180; default 57.2958)
+    at: Frame whose origin is kept in the middle of the picture. (text; required)
+    in_: Frame whose z is up and from whose x the azimuth counts. (text; default world)
+    distance_m: From the frame to the camera. (number in m, at least 0.05, at most 5; default 0.5)
+    azimuth_deg: Of the camera, about z of 'in'. (number in deg, at least -360, at most 360; default 0)
+    elevation_deg: Of the camera, above the x-y plane of 'in'. (number in deg, at least -90, at most 90; default 30)
+    roll_deg: Of the camera about its line of sight. (number in deg, at least -180, at most 180; default 0)
+    distance_channel: Channel of type Real, in m, that gives the distance. (text; optional)
+    azimuth_channel: Channel of type Real, in rad, that gives the azimuth. (text; optional)
+    elevation_channel: Channel of type Real, in rad, that gives the elevation. (text; optional)
+    orbit_linear_max_m_s: How fast the distance may change. (number in m/s, above 0, at most 1; default 0.1)
+    orbit_angular_max_deg_s: How fast azimuth and elevation may change. (number in deg/s, above 0, at most 180;
+        default 17.1887)
+    on_unreachable: Whether it rests or fails where the arm cannot look from there. (rest, fail; default rest)
     """
 
 def motions(steps: Sequence[Any], *, compliance: Any | None = ...) -> Step:

@@ -115,8 +115,8 @@ TEST(Terminals, MistakesAreReportedWithTheirLocation) {
   const std::string at = "/devices/io/settings";
   const std::pair<const char*, Expected> mistakes[] = {
       {R"({"do9": {}})", {Code::kUnknownName, at + "/do9", {"do9"}}},
-      {R"({"di1": {"from": "nothing"}})", {Code::kUnknownName, at + "/di1", {"nothing"}}},
-      {R"({"di1": {"from": "io/ao1"}})", {Code::kUnknownName, at + "/di1", {"io/ao1"}}},
+      {R"({"di1": {"from": "nothing"}})", {Code::kUnknownName, at + "/di1/from", {"nothing"}}},
+      {R"({"di1": {"from": "io/ao1"}})", {Code::kUnknownName, at + "/di1/from", {"io/ao1"}}},
       {R"({"do1": {"from": "io/do2"}})", {Code::kUnknownKey, at + "/do1/from", {"from"}}},
       {R"({"do1": {"name": "do2"}})", {Code::kDuplicate, at + "/do2", {"do2"}}},
       {R"({"di1": {"script": [{"at_s": 1, "value": true}, {"at_s": 0.5, "value": false}]}})",
@@ -235,7 +235,7 @@ TEST(Mounting, MistakesAreReportedWithTheirLocation) {
     return description ? Diagnostics() : description.error();
   };
   EXPECT_THAT(wrong(R"({"model": "range_finder", "mount": {}})"),
-              Reports(Code::kInvalidValue, "/devices/finder/mount", {"mount", "on"}));
+              Reports(Code::kMissing, "/devices/finder/mount", {"mount", "on"}));
   EXPECT_THAT(wrong(R"({"model": "range_finder", "on": "arm", "mount": {"rpy": [0, 0, 0]}})"),
               Reports(Code::kUnknownKey, "/devices/finder/mount/rpy"));
   EXPECT_THAT(wrong(R"({"model": "range_finder", "on": "arm", "mount": {"quaternion": [1, 1, 0, 0]}})"),

@@ -31,7 +31,7 @@ constexpr Key kCartesianKeys[] = {
     {"damping_ratio", "damping_ratio", 1}, {"force_N", "wrench", 3},
     {"torque_Nm", "wrench", 3, 3},         {"nullspace_stiffness_Nm_rad", "nullspace_stiffness", 1}};
 
-std::span<const Key> keys_of(ControlMode mode) {
+std::span<const Key> keys_in(ControlMode mode) {
   switch (mode) {
     case ControlMode::kJointImpedance:
       return kJointKeys;
@@ -162,7 +162,7 @@ std::optional<ComplianceParameters> read_compliance(ObjectReader& step) {
   if (!mode) return std::nullopt;  // which keys belong to it is unknown
   ComplianceParameters request;
   request.mode = *mode;
-  for (const Key& key : keys_of(request.mode))
+  for (const Key& key : keys_in(request.mode))
     if (reader.child(key.ours) != nullptr) request.values[key.ours] = read_values(reader, key);
   if (request.mode == ControlMode::kCartesianImpedance)
     request.in_tool_axes = reader.choice("axes", {"base", "tool"}, "base") == "tool";
@@ -296,7 +296,7 @@ bool rehearse_compliance(const ComplianceParameters& request, Rehearsal& rehears
 
 std::vector<std::pair<std::string, std::string>> places_of(const ComplianceParameters& request) {
   std::vector<std::pair<std::string, std::string>> places;
-  for (const Key& key : keys_of(request.mode)) {
+  for (const Key& key : keys_in(request.mode)) {
     const std::string theirs = std::string("/compliance/") + key.theirs, ours = std::string("/compliance/") + key.ours;
     const bool is_part = std::string_view(key.theirs) == "wrench";
     for (int i = 0; is_part && i < key.count; ++i)
