@@ -108,7 +108,7 @@ void add_scenarios_below(const std::filesystem::path& folder, std::vector<std::f
   std::filesystem::recursive_directory_iterator at(folder, error);
   for (; !error && at != std::filesystem::end(at); at.increment(error)) {
     const std::string name = at->path().filename().string();
-    if (!name.ends_with(".json") || name.ends_with(".golden.json")) continue;
+    if (!name.ends_with(".json") || name.ends_with(".golden.json") || name.ends_with(".map.json")) continue;
     const auto document = read_json(at->path());
     if (document && kind_of(*document) == FileKind::kScenario) files.push_back(at->path());
   }
@@ -117,7 +117,7 @@ void add_scenarios_below(const std::filesystem::path& folder, std::vector<std::f
         {Severity::kError, Code::kFileNotReadable, folder.string(), {}, "cannot be searched: " + error.message(), {}});
 }
 
-/// Scenario files below the given files and folders, sorted; goldens are not scenarios.
+/// Scenario files below the given files and folders, sorted; goldens and maps of robot programs are no scenarios.
 std::vector<std::filesystem::path> scenario_files(const std::vector<std::string>& paths, Diagnostics& diagnostics) {
   std::vector<std::filesystem::path> files;
   for (const std::string& path : paths) {

@@ -76,6 +76,7 @@ class Activities(unittest.TestCase):
     """The course examples/activities, built once, each program run as its reader runs it."""
 
     SOURCE = ROOT / "examples/activities"
+    CPP_ONLY = {"11_welding"}  # it makes an interface of its own for a composed device, which Python does not have
 
     @classmethod
     def setUpClass(cls):
@@ -111,7 +112,8 @@ class Activities(unittest.TestCase):
     def test_python_has_the_same_bits(self):
         """examples/python: the same programs, each with the digest of its twin."""
         python = {**os.environ, "PYTHONPATH": str(BUILD / "python")}
-        for program in self.programs():
+        self.assertEqual(set(self.programs()) - {file.stem for file in (ROOT / "examples/python").glob("[0-9]*.py")}, self.CPP_ONLY)
+        for program in sorted(set(self.programs()) - self.CPP_ONLY):
             with self.subTest(program):
                 done = subprocess.run([ROOT / "build/venv/bin/python3", "-B", ROOT / f"examples/python/{program}.py", "--json"],
                                       capture_output=True, text=True, env=python)
