@@ -9,14 +9,14 @@ from ._run import check, main, run
 from ._run_handles import Activity, Outcome, Reaction, Run
 from ._takt import Frame, Joints, Pose, Real, State, Twist, Vector, Wrench
 from .sweeps import between, sweep
-from ._tree import Scenario, Step, branch, call, charts, fail, for_each, let, log, parallel, repeat, sequence, stop, try_
+from ._tree import Scenario, Step, branch, call, charts, fail, for_each, krl, let, log, parallel, repeat, sequence, stop, tree, try_
 from ._takt import version as __version__
 
 __all__ = [
     "Activity", "Arm", "Cancelled", "Cell", "Channel", "Comparison", "Curve", "Diagnostic", "Error", "Expectation",
     "Frame", "Gripper", "Joints", "OpenError", "OperationError", "Outcome", "Output", "Pose", "Reaction", "Real",
     "Recording", "RecordingError", "Report", "Run", "Scenario", "State", "Step", "ToolChanger", "Twist", "TwoArms", "UsageError", "Vector",
-    "Wrench", "between", "branch", "call", "charts", "check", "command", "compare", "conditions", "fail", "for_each", "let", "log", "main", "open",
+    "Wrench", "between", "branch", "call", "charts", "check", "command", "compare", "conditions", "fail", "for_each", "krl", "let", "log", "main", "open",
     "open_recording", "parallel", "repeat", "run", "sequence", "stop", "sweep",
-    "sweeps", "try_",
+    "sweeps", "tree", "try_",
 ]

@@ -16,7 +16,7 @@ from ._options import find_file
 if TYPE_CHECKING:
     from ._report import Report
 
-__all__ = ["Scenario", "Step", "branch", "call", "charts", "fail", "for_each", "let", "log", "parallel", "repeat", "sequence", "stop",
+__all__ = ["Scenario", "Step", "branch", "call", "charts", "fail", "for_each", "krl", "let", "log", "parallel", "repeat", "sequence", "stop", "tree",
            "try_"]
 
 
@@ -90,6 +90,22 @@ def call(program: str, *, with_: Mapping[str, Any] | None = None, as_: str | Non
 def charts(charts: Mapping[str, Any], **keys: Any) -> Step:
     """Runs state charts (SCXML) that coordinate what they invoke: name to a file of the folder of the scenario."""
     return _node("charts", charts=dict(charts), **keys)
+
+
+def tree(tree: Any, *, main: str | None = None, **keys: Any) -> Step:
+    """Runs a behaviour tree (BehaviorTree.CPP 4) whose leaves are programs: a file of the folder of the scenario.
+
+    `main`: the tree to run; default: main_tree_to_execute of the file, or its only one.
+    """
+    return _node("tree", tree=tree, main=main, **keys)
+
+
+def krl(program: Any, *, arm: str | None = None, map: Mapping[str, Any] | None = None, **keys: Any) -> Step:
+    """Runs a program in KRL on one arm: a file (.src) of the folder of the scenario.
+
+    `map`: what its numbers and names are in the cell (docs/krl.md).
+    """
+    return _node("krl", program=program, arm=arm, map=None if map is None else dict(map), **keys)
 
 
 def try_(*steps: Step, retry: int | None = None, recover: Any = None, on_error: Any = None, error_as: str | None = None,

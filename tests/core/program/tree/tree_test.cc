@@ -230,7 +230,7 @@ TEST_F(TreeTest, LoopsAreCheckedForForm) {
               ElementsAre("/program", "/program/steps"));
   EXPECT_THAT(refused(R"({"do": "for_each", "as": "x", "in": 5, "steps": []})"), ElementsAre("/program/in"));
   EXPECT_THAT(refused(R"({"do": "for_each", "in": [1, "a"], "grid": {}, "steps": []})"),
-              ElementsAre("/program", "/program"));
+              ElementsAre("/program", "/program/grid", "/program/grid", "/program"));
   EXPECT_THAT(refused(R"({"do": "for_each", "as": "p", "grid": {"count": [2, 0.5, 2000], "step_m": [1, 1]},
                           "steps": []})"),
               ElementsAre("/program/grid/count/1", "/program/grid/count/2", "/program/grid/step_m"));
@@ -389,7 +389,7 @@ TEST_F(TreeTest, StopEndsTheProgramInOrder) {
 TEST_F(TreeTest, TryIsCheckedForForm) {
   EXPECT_THAT(refused(R"({"do": "try", "steps": []})"), ElementsAre("/program"));
   EXPECT_THAT(refused(R"({"do": "try", "steps": [], "recover": [], "on_error": {"as": "1x", "setps": []}})"),
-              ElementsAre("/program/recover", "/program/on_error/as", "/program/on_error", "/program/on_error/setps"));
+              ElementsAre("/program/on_error/as", "/program/on_error", "/program/on_error/setps", "/program/recover"));
   EXPECT_THAT(refused(R"({"do": "fail"})"), ElementsAre("/program"));
 }
 
