@@ -54,7 +54,8 @@ TEST(Server, EveryDeviceHasADataSheetAndAState) {
   const Client client = served.client();
   const Json states = client.get("/v1/devices/state").json()["devices"];
   std::map<std::string, Json> sheets;
-  for (const Json& device : client.get("/v1/devices").json()["devices"]) {
+  const Json devices = client.get("/v1/devices").json()["devices"];
+  for (const Json& device : devices) {
     const std::string name = device["name"], kind = device["kind"];
     EXPECT_EQ(device["reality"], "SIM") << name;
     EXPECT_TRUE(states.contains(name) || kind == "tool changer") << name;

@@ -409,6 +409,8 @@ const std::vector<takt::test::Excuse> kElsewhere = {
      "a full queue of requests: nothing reads the queue then; a test of ActivityRunTest fills it"},
     {"activity/composition.cc", Code::kConditionNotMet, "of a part without words of its own: all parts have some"},
     {"activity/command_activity.cc", Code::kConditionNotMet, "CompositionVerdict.ACommandFailsByAStateOfItsOwn"},
+    {"operations/online/look_at.cc", Code::kConflict, "LookAtTest.WhatRidesOnTheArmItselfIsRefused"},
+    {"operations/online/look_at.cc", Code::kUnreachable, "LookAtTest.OrItFails"},
     {"operations/table/operation.cc", Code::kMissing, "of a plug-in: Operations.ARegistrationIsChecked"},
     {"operations/table/operation.cc", Code::kDuplicate, "of a plug-in: Operations.ARegistrationIsChecked"},
     {"app/interfaces/operation_by_name.cc", Code::kUnknownName, "of programs that name operations: OperationByName"},

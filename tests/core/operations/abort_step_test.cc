@@ -73,9 +73,9 @@ TEST_F(AbortStepTest, N3_ASilentSensorInAnAbortConditionEndsIt) {
 
 TEST_F(AbortStepTest, SaysWhatWasComparedWithWhichBound) {
   for (const char* operation :
-       {R"("do": "hold", "seconds": 5)", R"("do": "lin", "to": {"by_m": [0, 0, 0.1]}, "linear_m_s": 0.01)",
+       {R"("do": "hold", "seconds": 5)", R"("do": "lin", "to": {"by_m": [0, 0, 0.1]}, "speed": 0.05)",
         R"("do": "transaction", "name": "t", "commands": {"up": {"do": "lin", "start": true,
-           "to": {"by_m": [0, 0, 0.1]}, "linear_m_s": 0.01, ABORT}})"}) {
+           "to": {"by_m": [0, 0, 0.1]}, "speed": 0.05, ABORT}})"}) {
     SCOPED_TRACE(operation);
     cell.extra = {};
     const std::string condition = R"("abort_if": {"any": [{"sensor": "wrist", "above_N": 50}, {"input": "button"}]})";
@@ -90,7 +90,7 @@ TEST_F(AbortStepTest, SaysWhatWasComparedWithWhichBound) {
               Progress::kFailed);
     EXPECT_THAT(diagnostics,
                 Reports(Code::kAbortCondition, inside ? "/program/commands/up/abort_if" : "/program/abort_if",
-                        {"wrist above 50: 60"}));
+                        {"wrist above 50: 6"}));
   }
 }
 
