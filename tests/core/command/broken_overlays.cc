@@ -1,6 +1,8 @@
 // What is wrong with weaves and force offsets, each once.
 #include "core/command/actions/compliance_action.h"
+#include "core/command/actions/device_action.h"
 #include "core/command/actions/overlay_action.h"
+#include "core/command/actions/process_action.h"
 #include "tests/core/command/broken_commands.h"
 
 namespace takt::command {
@@ -126,6 +128,16 @@ std::vector<BrokenCommand> broken_overlays() {
        "/move",
        Code::kLimitExceeded,
        {"0"}},
+      {"C8",
+       [](World& world) -> Command { return move(world, while_process(hold(), digital_input(world.cell, "button"))); },
+       "/move", Code::kConflict},
+      {"",
+       [](World& world) -> Command {
+         return move(world, while_process(line(world), digital_input(world.cell, "button"), {.start_timeout = -1.0}));
+       },
+       "/move/start_timeout",
+       Code::kOutOfRange,
+       {"-1", "0"}},
   };
 }
 
