@@ -54,11 +54,16 @@ TEST(Server, EveryDeviceHasADataSheetAndAState) {
   const Client client = served.client();
   const Json states = client.get("/v1/devices/state").json()["devices"];
   std::map<std::string, Json> sheets;
+  int outputs = 0;
   const Json devices = client.get("/v1/devices").json()["devices"];
   for (const Json& device : devices) {
     const std::string name = device["name"], kind = device["kind"];
     EXPECT_EQ(device["reality"], "SIM") << name;
     EXPECT_TRUE(states.contains(name) || kind == "tool changer") << name;
+    if (kind == "digital output") {
+      EXPECT_EQ(states[name], (Json{{"value", false}, {"held", false}})) << name;
+      ++outputs;
+    }
     EXPECT_TRUE(sheets.try_emplace(name, device["data_sheet"]).second) << name << " twice";
   }
   for (const auto& [name, state] : states.items()) EXPECT_TRUE(sheets.contains(name)) << name;
@@ -66,8 +71,7 @@ TEST(Server, EveryDeviceHasADataSheetAndAState) {
   EXPECT_EQ(arm["joint_names"].size(), arm["velocity"].size());
   EXPECT_EQ(arm["modes"].at(0), "position");
   EXPECT_EQ(states["arm"], client.get("/v1/arms/arm").json()["state"]) << "time stands";
-  EXPECT_EQ(states["io/driver"]["value"], false);
-  EXPECT_EQ(states["io/driver"]["held"], false);
+  EXPECT_GT(outputs, 0);
 }
 
 TEST(Server, ANetIsRejectedWithAllThatIsWrongWithIt) {
