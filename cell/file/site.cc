@@ -72,7 +72,7 @@ emulation::SlowOptions read_slow(FormReader& from) {
     return static_cast<Nanoseconds>(std::llround(from.number(key) * kMillisecond));
   };
   emulation::SlowOptions slow;
-  if (from.has("cycle_ms")) slow.cycle = time("cycle_ms");
+  slow.cycle = from.has("cycle_ms") ? time("cycle_ms") : 0;
   slow.clock_offset = time("offset_ms");
   slow.drift = 1e-6 * from.number("drift_ppm");
   slow.wire.transport = time("transport_ms");

@@ -226,7 +226,8 @@ ExpectationKind event_expectation() {
   form.keys.push_back(integer_key("at_least", kNotNegative, "So often or more.").optional("1, with only 'at_most' 0"));
   form.keys.push_back(integer_key("at_most", kNotNegative, "So often or less.").optional("any number"));
   std::ranges::copy(span_keys("Events"), std::back_inserter(form.keys));
-  form.rules = {at_most_one({"times", "at_least"}), at_most_one({"times", "at_most"})};
+  form.rules.push_back(at_most_one({"times", "at_least"}));
+  form.rules.push_back(at_most_one({"times", "at_most"}));
   return expectation_kind<EventExpectation>("event", std::move(form));
 }
 

@@ -115,13 +115,13 @@ TEST(Terminals, MistakesAreReportedWithTheirLocation) {
   const std::string at = "/devices/io/settings";
   const std::pair<const char*, Expected> mistakes[] = {
       {R"({"do9": {}})", {Code::kUnknownName, at + "/do9", {"do9"}}},
-      {R"({"di1": {"from": "nothing"}})", {Code::kUnknownName, at + "/di1/from", {"nothing"}}},
-      {R"({"di1": {"from": "io/ao1"}})", {Code::kUnknownName, at + "/di1/from", {"io/ao1"}}},
+      {R"({"di1": {"from": "nothing"}})", {Code::kUnknownName, at + "/di1", {"nothing"}}},
+      {R"({"di1": {"from": "io/ao1"}})", {Code::kUnknownName, at + "/di1", {"io/ao1"}}},
       {R"({"do1": {"from": "io/do2"}})", {Code::kUnknownKey, at + "/do1/from", {"from"}}},
       {R"({"do1": {"name": "do2"}})", {Code::kDuplicate, at + "/do2", {"do2"}}},
       {R"({"di1": {"script": [{"at_s": 1, "value": true}, {"at_s": 0.5, "value": false}]}})",
        {Code::kOutOfRange, at + "/di1/script/1/at_s"}},
-      {R"({"di1": {"from": "io/do1", "script": []}})", {Code::kConflict, at + "/di1"}}};
+      {R"({"di1": {"from": "io/do1", "script": []}})", {Code::kConflict, at + "/di1/from"}}};
   for (const auto& [settings, expected] : mistakes) {
     Description description = parsed(R"({"devices": {"io": {"model": "io_block"}},
                                         "program": {"do": "wait", "seconds": 0}})");
