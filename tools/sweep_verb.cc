@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -31,6 +32,8 @@ std::filesystem::path package_folder() {
 bool imports_package(const std::string& python) {
   const pid_t child = fork();
   if (child == 0) {
+    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);  // our own diagnostic says it
+    if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
     execlp(python.c_str(), python.c_str(), "-c", "import takt", nullptr);
     _exit(127);
   }

@@ -40,15 +40,15 @@ ExpressionPtr make(Expression::Kind kind, const TextLocation& at) {
 std::string shown(const Token& token) {
   switch (token.kind) {
     case Token::Kind::kLineEnd:
-      return "the end of the line";
+      return "end of the line";
     case Token::Kind::kEnd:
-      return "the end of the file";
+      return "end of the file";
     case Token::Kind::kConstant:
       return "'#" + token.text + "'";
     case Token::Kind::kText:
-      return "a text";
+      return "text";
     case Token::Kind::kNumber:
-      return "a number";
+      return "number";
     default:
       return "'" + token.text + "'";
   }
