@@ -13,6 +13,7 @@
 #include "core/expression/contact_reader.h"
 #include "core/program/tree/node_forms.h"
 #include "core/program/tree/strand.h"
+#include "languages/program/beside_others.h"
 #include "languages/program/chart_calls.h"
 #include "languages/program/chart_rehearsal.h"
 #include "languages/program/chart_values.h"
@@ -44,23 +45,6 @@ class ChartsNode final : public program::Node {
       for (const auto& [invoke, program] : chart.programs) program.node->collect_names(names);
   }
   [[nodiscard]] bool constant() const override { return false; }
-};
-
-/// Motions that run beside others are not checked as those that run alone. Inside of a `parallel` none runs alone.
-class BesideOthers {
- public:
-  BesideOthers(activity::Context& context, bool beside)
-      : scheduler_(beside && context.meanwhile.parallel.empty() ? context.scheduler : nullptr) {
-    if (scheduler_ != nullptr) scheduler_->set_alone(false);
-  }
-  ~BesideOthers() {
-    if (scheduler_ != nullptr) scheduler_->set_alone(true);
-  }
-  BesideOthers(const BesideOthers&) = delete;
-  BesideOthers& operator=(const BesideOthers&) = delete;
-
- private:
-  activity::Scheduler* scheduler_;
 };
 
 /// One execution of what a chart has invoked.

@@ -14,6 +14,7 @@
 #include "core/expression/contact_reader.h"
 #include "core/program/tree/node_forms.h"
 #include "core/program/tree/strand.h"
+#include "languages/program/beside_others.h"
 #include "languages/program/tree_leaves.h"
 
 namespace takt::languages {
@@ -47,23 +48,6 @@ std::optional<bool> holds_now(const program::Expression& condition, const progra
 }
 
 // -- In a run ---------------------------------------------------------------------------------------------------------
-
-/// Motions that run beside others are not checked as those that run alone.
-class LeavesBeside {
- public:
-  LeavesBeside(activity::Context& context, bool beside)
-      : scheduler_(beside && context.meanwhile.parallel.empty() ? context.scheduler : nullptr) {
-    if (scheduler_ != nullptr) scheduler_->set_alone(false);
-  }
-  ~LeavesBeside() {
-    if (scheduler_ != nullptr) scheduler_->set_alone(true);
-  }
-  LeavesBeside(const LeavesBeside&) = delete;
-  LeavesBeside& operator=(const LeavesBeside&) = delete;
-
- private:
-  activity::Scheduler* scheduler_;
-};
 
 class TreeRun final : public program::NodeRun, public TreeLeaves {
  public:
@@ -180,7 +164,7 @@ class TreeRun final : public program::NodeRun, public TreeLeaves {
   /// @return true if one that is wanted has ended
   bool advance_leaves(Execution& execution, Diagnostics& diagnostics) {
     bool ended = false;
-    const LeavesBeside beside(execution.context, runs_.size() > 1);
+    const BesideOthers beside(execution.context, runs_.size() > 1);
     const bool clears = std::ranges::any_of(runs_, [](const Run& one) { return !one.wanted && one.begun; });
     for (std::size_t i = 0; i < runs_.size();) {
       Run& one = runs_[i];

@@ -186,6 +186,8 @@ class PairedComparison:
         return mcnemar(self.only_a, self.only_b)
 
     def __str__(self) -> str:
+        if not self.both + self.only_a + self.only_b + self.neither:
+            return "no seed is in both: nothing to compare"
         return (f"both pass {self.both}, only the first {self.only_a}, only the second {self.only_b}, neither {self.neither}; "
                 f"p = {self.p:.3g}")
 
