@@ -23,6 +23,7 @@ before(async () => {
 });
 after(async () => {
   await browser.close();
+  Takt.killAll();
 });
 afterEach(async () => {
   for (const context of browser.contexts()) await context.close();

@@ -23,6 +23,7 @@ before(async () => {
 });
 after(async () => {
   await browser.close();
+  Takt.killAll();
 });
 // Whatever a test leaves open would cost the next one its pace.
 afterEach(async () => {
