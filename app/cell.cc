@@ -244,6 +244,7 @@ class Cell::Impl {
   /// As finish() of a run here; what only the server knows comes from there.
   cell::RunReport finish_there() {
     const auto verdict = broken_ ? std::nullopt : follower_->judge();
+    if (!broken_) follower_->leave();
     if (!verdict) run_->report().diagnostics.append(follower_->why_not());
     if (verdict) {
       auto& own = run_->report().expectations;

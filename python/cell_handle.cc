@@ -11,7 +11,8 @@
 namespace takt::python {
 
 app::CellSetup CellHandle::setup(RunSettings& settings) {
-  app::CellSetup made{.open = settings.parsed.open, .run = settings.parsed.run};
+  app::CellSetup made{
+      .open = settings.parsed.open, .run = settings.parsed.run, .core = settings.core, .token = settings.token};
   made.run.interrupt = &interrupts_.count();
   made.run.operate = [this](cell::Operator&) { interrupts_.poll(); };
   return made;

@@ -23,6 +23,9 @@ namespace nb = nanobind;
 using Json = nlohmann::ordered_json;
 
 std::unique_ptr<cell::Session> open_session(const std::string& file, const RunSettings& settings) {
+  if (!settings.core.empty())
+    raise_error("OpenError", Code::kUnsupported, "core", "a file's own program runs where its core is",
+                "Give a program in Python, or run the file with takt run");
   auto session = cell::Session::open(file, device::ModelLibrary(settings.models), settings.parsed.open);
   if (!session) raise_error("OpenError", session.error());
   return std::move(*session);
@@ -73,7 +76,12 @@ RunSettings run_settings(const std::string& file, const std::string& options) {
   if (json.contains("seed")) arguments.seed = json.at("seed").get<std::string>();
   if (json.contains("sets")) arguments.sets = json.at("sets").get<std::vector<std::string>>();
   Diagnostics diagnostics;
-  RunSettings settings{.parsed = app::parse(arguments, {file}, diagnostics), .models = {}};
+  RunSettings settings{.parsed = app::parse(arguments, {file}, diagnostics),
+                       .models = {},
+                       .core = json.value("core", std::string()),
+                       .token = json.value("token", std::string())};
+  if (!settings.token.empty() && settings.core.empty())
+    diagnostics.error(Code::kRequires, "token", "a token is for a server", "Name the server with core");
   const auto folders = json.value("models", std::vector<std::string>());
   diagnostics.append(app::check_model_folders(folders));
   if (diagnostics.has_errors()) raise_error("OpenError", std::move(diagnostics));

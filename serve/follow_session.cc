@@ -55,7 +55,7 @@ FollowSession::FollowSession(const StreamServices& services, Client client, std:
 
 std::span<const FollowSession::FollowMessage> FollowSession::follow_messages() {
   using Self = FollowSession;
-  static constexpr std::array<FollowMessage, 14> kMessages = {{{"follow", false, &Self::begin},
+  static constexpr std::array<FollowMessage, 15> kMessages = {{{"follow", false, &Self::begin},
                                                                {"rule", true, &Self::rule},
                                                                {"abort", true, &Self::abort},
                                                                {"unload", true, &Self::unload},
@@ -68,6 +68,7 @@ std::span<const FollowSession::FollowMessage> FollowSession::follow_messages() {
                                                                {"note", true, &Self::note},
                                                                {"step_begun", true, &Self::step_begun},
                                                                {"judge", true, &Self::judge},
+                                                               {"leave", true, &Self::leave},
                                                                {"alive", true, &Self::alive}}};
   return kMessages;
 }
@@ -77,16 +78,20 @@ void FollowSession::opened(WebSocket& socket) {
   say({{"op", "hello"}, {"protocol", kProtocol}, {"name", client_.name}, {"role", name_of(client_.role)}});
 }
 
+/// Nobody follows any more, and whoever comes next may. What this client started need not wait for its silence.
+void FollowSession::let_go() {
+  if (fence_ == 0) return;
+  hosted_->between_cycles([&cell = *hosted_](cell::CellRun&) { cell.set_touching({}); });
+  hosted_->follow_log().end();
+  if (services_.cell.lease().release(fence_))
+    services_.log(fmt::format("'{}' is gone, and with that the lease, fence {}", client_.name, fence_));
+  fence_ = 0;
+  hosted_->wake();
+}
+
 void FollowSession::closed() {
   *socket_ = nullptr;
-  if (fence_ != 0) {
-    hosted_->between_cycles([&cell = *hosted_](cell::CellRun&) { cell.set_touching({}); });
-    hosted_->follow_log().end();
-    // Whoever is gone gives no sign of life any more; what he started need not wait for that.
-    if (services_.cell.lease().release(fence_))
-      services_.log(fmt::format("'{}' is gone, and with that the lease, fence {}", client_.name, fence_));
-    hosted_->wake();
-  }
+  let_go();
   gone_(*this);
 }
 
@@ -251,6 +256,20 @@ MessageResult FollowSession::judge(ObjectReader& message) {
                                {"expectations", results_json(run.judge_now())}};
     post([socket, text = answer.dump(-1, ' ', false, FollowJson::error_handler_t::replace)] {
       if (*socket != nullptr) (*socket)->send(WebSocket::Kind::kText, text);
+    });
+  });
+  return {};
+}
+
+MessageResult FollowSession::leave(ObjectReader& message) {
+  message.finish();
+  if (message.diagnostics().has_errors())
+    return refuse_message(422, "the message cannot be read", message.diagnostics());
+  let_go();
+  // Whoever runs the cell lets go before he does what is asked between cycles.
+  hosted_->between_cycles([post = services_.post, socket = socket_](cell::CellRun&) {
+    post([socket] {
+      if (*socket != nullptr) (*socket)->send(WebSocket::Kind::kText, FollowJson({{"op", "left"}}).dump());
     });
   });
   return {};

@@ -34,6 +34,7 @@ class FollowSession final : public Stream {
 
  private:
   using Handle = MessageResult (FollowSession::*)(ObjectReader& message);
+  void let_go();
   struct FollowMessage {
     std::string_view op;
     bool commands = true;  ///< only of a follower, and a sign of life of its lease
@@ -54,6 +55,7 @@ class FollowSession final : public Stream {
   MessageResult note(ObjectReader& message);
   MessageResult step_begun(ObjectReader& message);
   MessageResult judge(ObjectReader& message);
+  MessageResult leave(ObjectReader& message);
   MessageResult alive(ObjectReader& message);
 
   /// Reads the tag, and gives the command to the cell if the message was good.

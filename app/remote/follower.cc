@@ -95,6 +95,12 @@ bool Follower::fail(Code code, std::string message, std::string hint) {
 Diagnostics Follower::begin() {
   try {
     const ServerLink::Answer answer = link_.ask("POST", "/v1/lease", LinkJson({{"cycles", kLease}}).dump());
+    if (answer.status == 409) {
+      const Diagnostics why = problem_diagnostics("the lease", answer.body);
+      Diagnostics held;
+      held.error(Code::kConflict, "--core", why.list().front().message, "Wait until that program has ended, or end it");
+      return held;
+    }
     if (answer.status != 201) return problem_diagnostics("the lease", answer.body);
     fence_ = parse_json(answer.body)->value("fence", 0u);
     if (Diagnostics wrong = link_.connect(kProtocol); wrong.has_errors()) return wrong;
@@ -154,6 +160,7 @@ bool Follower::take_text(const std::string& text) {
     if (!failure_.has_errors()) failure_ = std::move(why);
     return false;
   }
+  if (op == "left") left_ = true;
   if (op != "verdict") return true;
   verdict_.emplace(Verdict{
       .digest = json->value("digest", ""), .cycles = json->value("cycles", std::int64_t{0}), .expectations = {}});
@@ -379,6 +386,16 @@ std::optional<Follower::Verdict> Follower::judge() {
     (void)fail(Code::kSystem, error.what(), "Check that takt serve runs there");
   }
   return verdict_;
+}
+
+void Follower::leave() {
+  try {
+    link_.send(R"({"op": "leave"})");
+    while (!left_)
+      if (!take(link_.receive())) return;
+  } catch (const LinkError&) {
+    // Who has lost the connection has lost the lease, too.
+  }
 }
 
 }  // namespace takt::app

@@ -64,6 +64,9 @@ class Follower final : public rcc::CommandRelay {
   /// What the server makes of the run so far. @return nothing: it does not answer, see why_not()
   [[nodiscard]] std::optional<Verdict> judge();
 
+  /// Lets go of the cell: the next program may have it. Nothing of this one follows any more.
+  void leave();
+
   // -- What the core relays ------------------------------------------------------------------------------------------
   [[nodiscard]] Diagnostics load(rcc::NetId net, const net::NetDescription& description,
                                  const rcc::LoadOptions& options) override;
@@ -102,7 +105,7 @@ class Follower final : public rcc::CommandRelay {
   std::map<std::uint32_t, Asked> asked_;
   std::vector<rcc::Event> events_;
   std::int64_t cycles_ = 0;  ///< that were taken in so far
-  bool begun_ = false;
+  bool begun_ = false, left_ = false;
   std::set<std::string, std::less<>> touching_;
   std::optional<Verdict> verdict_;
   Diagnostics failure_;

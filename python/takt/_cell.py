@@ -205,8 +205,8 @@ class TwoArms:
 
 
 class Cell(CellOperations):
-    """A simulated cell in this process. Between two calls its time stands still, so a run repeats to the bit. Use it in
-    a `with` block; afterwards it has a report: passed, digest, expectations, events."""
+    """A simulated cell in this process, or with `core` that of a server. In lock-step its time stands still between two
+    calls, so a run repeats to the bit. Use it in a `with` block; afterwards it has a report: passed, digest, expectations, events."""
 
     def __init__(self, file: str | os.PathLike[str], **options: Any):
         self._file, self._options = find_file(file), options
@@ -446,6 +446,7 @@ def open(file: str | os.PathLike[str], **options: Any) -> Cell:
     program, and among the installed scenarios.
 
     Options: seed, set={"/pointer": value}, video, record, camera, models=[folder], realtime, cooperating=[[arm, ...]],
-    quiet. Raises OpenError with all that is wrong; nothing has moved then.
+    quiet; core=URL, token=file: the cell is that of a `takt serve` of the same file, which then decides on seed, pictures
+    and recordings. Raises OpenError with all that is wrong; nothing has moved then.
     """
     return Cell(file, **options)

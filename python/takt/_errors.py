@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,9 +82,16 @@ def diagnostics_of(rows: list[dict[str, Any]]) -> list[Diagnostic]:
     return [Diagnostic(**row) for row in rows]
 
 
+def _in_python(row: dict[str, Any]) -> dict[str, Any]:
+    """Options have the names of the command line, without its dashes."""
+    if not row.get("pointer", "").startswith("--"):
+        return row
+    return {key: re.sub(r"--([a-z]+)", r"\1", value) if isinstance(value, str) else value for key, value in row.items()}
+
+
 def made(kind: str, text: str) -> Error:
     """The exception that the core raises."""
-    return _KINDS[kind](diagnostics_of(json.loads(text)["diagnostics"]))
+    return _KINDS[kind](diagnostics_of([_in_python(row) for row in json.loads(text)["diagnostics"]]))
 
 
 def refuse(code: str, pointer: str, message: str, hint: str) -> UsageError:

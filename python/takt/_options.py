@@ -13,7 +13,7 @@ from . import _takt
 from ._errors import refuse
 
 OPTIONS = ("seed", "set", "video", "record", "camera", "size", "fps", "realtime", "site", "models", "cooperating",
-           "measure_times", "repeat")
+           "measure_times", "repeat", "core", "token")
 
 
 def find_file(file: str | os.PathLike[str]) -> str:
@@ -53,9 +53,9 @@ def options_of(options: dict[str, Any]) -> tuple[str, Kept]:
             near = difflib.get_close_matches(name, OPTIONS, 1)
             raise refuse("unknown-key", name, f"there is no option '{name}'",
                          (f"Did you mean '{near[0]}'? " if near else "") + "Use " + ", ".join(OPTIONS))
-    row: dict[str, Any] = {key: options[key] for key in ("camera", "size", "fps", "realtime", "measure_times", "cooperating", "repeat")
+    row: dict[str, Any] = {key: options[key] for key in ("camera", "size", "fps", "realtime", "measure_times", "cooperating", "repeat", "core")
                            if options.get(key) is not None}
-    for key in ("video", "site"):
+    for key in ("video", "site", "token"):
         if options.get(key) is not None:
             row[key] = os.fspath(options[key])
     if options.get("seed") is not None:

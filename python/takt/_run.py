@@ -16,16 +16,20 @@ from ._report import Report
 Program = Callable[[Cell], None]
 
 
-def run(file: str | os.PathLike[str], program: Program | None = None, *, record: Any = True, **options: Any) -> Report:
+def run(file: str | os.PathLike[str], program: Program | None = None, *, record: Any = None, **options: Any) -> Report:
     """Runs a scenario file in this process and in lock-step: the same core, and the same digest, as `takt run`.
 
     program: a function of the cell in place of the file's program; it is called a second time where the file expects that
-    it repeats. record: a file (MCAP), True for one that goes with the report, False for none. Other options: seed,
-    set={"/json/pointer": value}, video, camera, size="1280x720", fps, realtime, site, models=[folder].
+    it repeats. record: a file (MCAP), True for one that goes with the report, False for none; True if it is not given,
+    but with `core`. core, token: URL of a `takt serve` of the same file that has the cell and its core, and the file with
+    its token; for programs in Python. Other options: seed, set={"/json/pointer": value}, video, camera, size="1280x720",
+    fps, realtime, site, models=[folder].
 
     Raises OpenError with all that is wrong; nothing has moved then. A first Ctrl-C cancels on the path, a second stops
     at once; both end in KeyboardInterrupt.
     """
+    if record is None:
+        record = options.get("core") is None
     if program is not None:
         return _run_program(file, program, {**options, "record": record})
     native, kept = options_of({**options, "record": record})
@@ -75,13 +79,16 @@ def main(file: str | os.PathLike[str], program: Program, arguments: list[str] | 
     parser.add_argument("--video", metavar="OUT.mp4")
     parser.add_argument("--record", metavar="OUT.mcap")
     parser.add_argument("--camera", metavar="NAME")
+    parser.add_argument("--core", metavar="URL", help="the cell is that of a takt serve, which has the same file")
+    parser.add_argument("--token", metavar="FILE", help="with the server's token")
     parser.add_argument("--realtime", action="store_true", help="not faster than the wall clock")
     parser.add_argument("--json", action="store_true", help="the report as JSON on stdout")
     given = parser.parse_args(arguments)
     changes = dict(one.partition("=")[::2] for one in given.set)
     try:
         report = run(given.FILE, program, record=given.record or False, seed=given.seed, set=changes, video=given.video,
-                     camera=given.camera, realtime=given.realtime, quiet=given.json, **options)
+                     camera=given.camera, realtime=given.realtime, quiet=given.json, core=given.core,
+                     token=given.token, **options)
     except OpenError as error:
         print(error, file=sys.stderr)
         return 2

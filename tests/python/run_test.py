@@ -57,7 +57,7 @@ def test_wrong_options_have_names():
     assert (refused.value.code, refused.value.pointer) == ("unknown-key", "sed")
     with pytest.raises(takt.OpenError) as refused:
         takt.run("wave.json", seed="three", size="big")
-    assert {one.pointer for one in refused.value.diagnostics} == {"--seed", "--size"}
+    assert {one.pointer for one in refused.value.diagnostics} == {"seed", "size"}
 
 
 def test_other_threads_run_meanwhile():
