@@ -56,8 +56,11 @@ class ContactLaw {
     std::int64_t shapes = -1;                           ///< both numbers and the spring's; -1: free
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();  ///< m, of friction's spring, in the axes of the first body
     double twist = 0.0;                                 ///< rad, about the normal
-    Eigen::Vector3d roll = Eigen::Vector3d::Zero();     ///< rad, of the spring against rolling, likewise
-    double shares = 0.0;                                ///< equally loaded points that the contact counts as
+    /// m, of the pressure, from the origin of each body in its axes.
+    std::array<Eigen::Vector3d, 2> centre{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    Eigen::Vector3d roll = Eigen::Vector3d::Zero();  ///< rad, of the spring against rolling, likewise
+    double shares = 0.0;                             ///< equally loaded points that the contact counts as
+    double phase = 0.0;                              ///< rad, for how long they touch, in periods on their spring
   };
   struct Patch;
   struct Spring {
@@ -71,7 +74,8 @@ class ContactLaw {
   void add_springs(const mjModel_& model, const WorldDescription& description);
   void set_springs(mjData_& data) const;
   void set_patch(const mjModel_& model, mjData_& data, const Solids& solids, int begin, int end);
-  void set_along(Patch& patch, double whole) const;
+  void set_along(Patch& patch, double stiffness, double damping) const;
+  [[nodiscard]] bool lies_free(int body, int other) const;
   void set_rows(const mjModel_& model, mjData_& data, const Patch& patch, mjContact_& contact, double share) const;
   [[nodiscard]] double mobility(const mjModel_& model, const mjData_& data, const mjContact_& contact,
                                 const Eigen::Vector2d& direction) const;
@@ -85,6 +89,7 @@ class ContactLaw {
   double timestep_ = 0.0;        ///< s, of this step
   int patches_of_pair_ = 1;      ///< of the two bodies that are looked at
   std::vector<int> surface_of_;  ///< of each geom, a number of a surface
+  std::vector<bool> moved_;      ///< by number of the body: neither fixed to the world nor a part that is free
   std::size_t surfaces_ = 0;
   std::vector<ContactPair> pairs_;  ///< surfaces times surfaces
   std::vector<Spring> springs_;

@@ -20,7 +20,7 @@ double depth_of(double force) { return force / combine(ContactParameters{}, Cont
 double give(double force) { return depth_of(force) / 0.8; }
 
 struct Creep {
-  double slip = 0.0;   ///< m, until it sticks, beyond the elastic give
+  double slip = 0.0;   ///< m, of its foot, until it sticks, beyond the elastic give
   double speed = 0.0;  ///< m/s, afterwards
 };
 
@@ -34,10 +34,12 @@ Creep creep_of(ObjectDescription object, double height, double share) {
   object.mount.X_P.translation().z() = height - depth_of(object.mass * kGravity * std::cos(angle));
   description.objects.push_back(object);
   World world = built(description);
+  // It leans on its springs: what slips is its foot.
+  const auto foot = [&] { return Vector3d(world.body_pose(world.body("part")) * Vector3d(0.0, 0.0, -height)); };
   run_for(world, 4.0);
-  const Vector3d early = place_of(world, "part");
+  const Vector3d early = foot();
   run_for(world, 3.0);
-  const Vector3d late = place_of(world, "part");
+  const Vector3d late = foot();
   return {early.x() - give(object.mass * kGravity * std::sin(angle)), (late - early).norm() / 3.0};
 }
 
@@ -45,36 +47,33 @@ ObjectDescription block(const Vector3d& size, double mass) {
   return part("part", kinematics::Box{size}, mass, Vector3d::Zero());
 }
 
-/// So fast may it creep while it still swings on its springs: docs/contacts.md, "Limits".
-double creep_of_swing(double mass) { return mass < 5.0 ? 1e-6 : 2e-5; }
-
-/// What is laid down slips a little at first, as the whole load comes at once: the heavier it is for its surface, the
-/// longer it swings (docs/contacts.md, "Limits").
-double slip_of(double mass) { return std::max(5e-4, 3e-4 * mass); }
+constexpr double kMostCreep = 1e-6;  ///< m/s
+constexpr double kMostSlip = 5e-4;   ///< m, until it sticks
 
 TEST(Stiction, NothingCreepsBelowTheLimit) {
-  for (const double mass : {0.1, 1.0, 7.85, 20.0}) {
+  for (const double mass : {0.1, 1.0, 7.85, 20.0, 50.0}) {
     for (const double share : {0.7, 0.9, 0.95}) {
       const Creep cube = creep_of(block({0.1, 0.1, 0.1}, mass), 0.05, share);
-      EXPECT_LT(cube.speed, creep_of_swing(mass)) << "cube, " << mass << " kg, " << share;
-      EXPECT_LT(cube.slip, slip_of(mass)) << "cube, " << mass << " kg, " << share;
+      EXPECT_LT(cube.speed, kMostCreep) << "cube, " << mass << " kg, " << share;
+      EXPECT_LT(cube.slip, kMostSlip) << "cube, " << mass << " kg, " << share;
       const Creep flat = creep_of(block({0.2, 0.2, 0.02}, mass), 0.01, share);
-      EXPECT_LT(flat.speed, creep_of_swing(mass)) << "flat, " << mass << " kg, " << share;
-      EXPECT_LT(flat.slip, slip_of(mass)) << "flat, " << mass << " kg, " << share;
+      EXPECT_LT(flat.speed, kMostCreep) << "flat, " << mass << " kg, " << share;
+      EXPECT_LT(flat.slip, kMostSlip) << "flat, " << mass << " kg, " << share;
     }
-    if (mass > 10.0) continue;
-    const Creep tall = creep_of(block({0.1, 0.1, 0.16}, mass), 0.08, 0.7);
-    EXPECT_LT(tall.speed, creep_of_swing(mass)) << "tall, " << mass << " kg";
-    EXPECT_LT(tall.slip, slip_of(mass)) << "tall, " << mass << " kg";
+    for (const double share : {0.7, 0.9}) {
+      const Creep tall = creep_of(block({0.1, 0.1, 0.16}, mass), 0.08, share);
+      EXPECT_LT(tall.speed, kMostCreep) << "tall, " << mass << " kg, " << share;
+      EXPECT_LT(tall.slip, kMostSlip) << "tall, " << mass << " kg, " << share;
+    }
   }
 }
 
 TEST(Stiction, ACylinderAndATripodHoldToo) {
-  for (const double share : {0.5, 0.7}) {
+  for (const double share : {0.5, 0.7, 0.9}) {
     const Creep cylinder =
         creep_of(part("part", kinematics::Cylinder{0.04, 0.06}, 2.37, Vector3d::Zero()), 0.03, share);
-    EXPECT_LT(cylinder.speed, 5e-6) << share;
-    EXPECT_LT(cylinder.slip, slip_of(2.37)) << share;
+    EXPECT_LT(cylinder.speed, kMostCreep) << share;
+    EXPECT_LT(cylinder.slip, kMostSlip) << share;
     ObjectDescription tripod = part("part", kinematics::Box{{0.25, 0.25, 0.2}}, 0.0, Vector3d::Zero());
     tripod.shapes.front().mass = 27.0;
     tripod.shapes.front().X_OG.translation().z() = 0.02;
@@ -86,8 +85,8 @@ TEST(Stiction, ACylinderAndATripodHoldToo) {
     }
     tripod.mass = 30.0;
     const Creep stands = creep_of(tripod, 0.12, share);
-    EXPECT_LT(stands.speed, 1e-6) << share;
-    EXPECT_LT(stands.slip, slip_of(30.0)) << share;
+    EXPECT_LT(stands.speed, kMostCreep) << share;
+    EXPECT_LT(stands.slip, kMostSlip) << share;
   }
 }
 
@@ -113,7 +112,7 @@ TEST(Stiction, ATwistBesideThePushHoldsAsLongAsThePatchCan) {
 }
 
 TEST(Stiction, WhatIsShakenBelowTheLimitStays) {
-  for (const double mass : {0.1, 1.0}) {
+  for (const double mass : {0.1, 1.0, 7.85, 20.0, 50.0}) {
     WorldDescription description;
     description.physics.rest = false;
     description.physics.gravity = gravity_on_slope(std::atan(0.7 * kStictionMu));
@@ -124,15 +123,18 @@ TEST(Stiction, WhatIsShakenBelowTheLimitStays) {
     run_for(world, 1.0);
     const Vector3d before = place_of(world, "part");
     const double limit = kStictionMu * mass * kGravity * std::cos(std::atan(0.7 * kStictionMu));
-    // 25 Hz along and across, in all at most nine tenths of the limit.
-    for (int i = 0; i < 4000; ++i) {
+    // 25 Hz along and across, in all at most nine tenths of the limit. At first what it leaned on gives way a little.
+    Vector3d shaken = before;
+    for (int i = 0; i < 6000; ++i) {
+      if (i == 3000) shaken = place_of(world, "part");
       const double phase = 2.0 * M_PI * 25.0 * 0.001 * i;
       world.push(world.body("part"), {0.18 * limit * std::sin(phase), 0.2 * limit * std::cos(phase), 0.0});
       ASSERT_TRUE(world.step());
     }
+    EXPECT_LT((place_of(world, "part") - shaken).norm(), 3.0 * kMostCreep) << mass << " kg";
     world.push(world.body("part"), Vector3d::Zero());
     run_for(world, 0.5);
-    EXPECT_LT((place_of(world, "part") - before).norm(), 2e-5) << mass << " kg";
+    EXPECT_LT((place_of(world, "part") - before).norm(), 5e-5) << mass << " kg";
   }
 }
 
