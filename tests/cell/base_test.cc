@@ -67,6 +67,27 @@ TEST(Base, LinAndPtpGoToPosesInTheRoom) {
   }
 }
 
+/// A sill across its way, that high.
+std::string sill(const char* height, const char* half) {
+  return std::string(R"(, "objects": {"sill": {"shape": "box", "size_m": [2, 0.02, )") + height +
+         R"(], "at": {"in": "world", "position_m": [1, 3, )" + half + "]}}}";
+}
+
+TEST(Base, ASillIsNoWayAndWhatIsLowerIs) {
+  const char* ahead = R"({"do": "lin", "to": {"by_m": [1.5, 0, 0]}})";
+  EXPECT_THAT(refusal(alone(ahead, sill("0.005", "0.0025"))),
+              Reports(Code::kCollision, "/program/steps/0", {"sill", "base"}));
+  EXPECT_THAT(refusal(rolling(ahead, sill("0.005", "0.0025"))), Reports(Code::kCollision, "/program/steps/0", {"sill"}));
+  expect_passed(run(alone(ahead, sill("0.002", "0.001"))));
+}
+
+/// By hand nothing is planned: the wheels meet it, and the base does not pass.
+TEST(Base, ASillStopsABaseThatIsDrivenByHand) {
+  const RunReport report =
+      run(alone(R"({"do": "jog", "linear_m_s": [0.1, 0, 0], "seconds": 12})", sill("0.005", "0.0025")));
+  EXPECT_NE(report.verdict, Verdict::kPassed);
+}
+
 TEST(Base, AGoalOutOfThePlaneIsAnErrorThatSaysSo) {
   for (const char* how : {"lin", "ptp"}) {
     SCOPED_TRACE(how);
