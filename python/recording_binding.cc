@@ -14,6 +14,7 @@
 #include "python/bindings.h"
 #include "python/errors.h"
 #include "record/compare.h"
+#include "record/mcap_reader.h"
 #include "record/recorder.h"
 #include "record/recording.h"
 
@@ -67,17 +68,40 @@ std::string contents(const Recording& recording) {
 }
 
 /// Time in s, and the columns in the order of the header.
-nb::tuple table(const Recording& recording, const std::string& topic) {
-  record::Table read;
-  std::vector<double> time;
+nb::tuple to_tuple(record::Table table) {
+  nb::list columns;
+  for (std::vector<double>& column : table.values) columns.append(to_array(std::move(column)));
+  return nb::make_tuple(to_array(seconds_of(table.time)), columns);
+}
+
+Result<std::vector<record::Table>> read_all(const Recording& recording, const std::vector<std::string>& topics) {
+  std::vector<record::ColumnChoice> wanted;
+  std::size_t values = 0;
+  for (const std::string& topic : topics) {
+    values += (required(recording.header(topic)).columns.size() + 1) * recording.rows(topic);
+    wanted.push_back({.topic = topic});
+  }
+  if (values > record::mcap::ReadLimits::kTableValues) {
+    Diagnostics wrong;
+    wrong.error(Code::kTooLarge, "", "all topics together have too many values", "Read one topic at a time");
+    return std::unexpected(std::move(wrong));
+  }
+  return recording.tables(wanted);
+}
+
+/// The file is read once, however many topics there are.
+nb::list read_tables(const Recording& recording, const std::vector<std::string>& topics) {
+  std::vector<record::Table> read;
   {
     const nb::gil_scoped_release unlocked;
-    read = required(recording.table(topic));
-    time = seconds_of(read.time);
+    if (topics.size() == 1)
+      read.push_back(required(recording.table(topics.front())));
+    else
+      read = required(read_all(recording, topics));
   }
-  nb::list columns;
-  for (std::vector<double>& column : read.values) columns.append(to_array(std::move(column)));
-  return nb::make_tuple(to_array(std::move(time)), columns);
+  nb::list list;
+  for (record::Table& table : read) list.append(to_tuple(std::move(table)));
+  return list;
 }
 
 std::string events(const Recording& recording, const std::string& topic) {
@@ -112,7 +136,7 @@ std::string compare(const std::string& a, const std::string& b, bool equal_diges
 }  // namespace
 
 void bind_recordings(nb::module_& module) {
-  nb::class_<Recording>(module, "Recording").def("contents", contents).def("table", table).def("events", events);
+  nb::class_<Recording>(module, "Recording").def("contents", contents).def("tables", read_tables).def("events", events);
   module.def("open_recording", open_recording);
   module.def("compare", compare);
   module.def(

@@ -161,7 +161,8 @@ class Channel:
 
     def _read(self) -> tuple[Any, list[Any]]:
         if self._values is None:
-            self._values = self._recording._native.table(self.topic)
+            self._recording._read([self])
+        assert self._values is not None
         return self._values
 
     @property
@@ -291,8 +292,16 @@ class Recording:
             raise _no_such("device or topic", name, list(self._channels) + sorted(devices))
         return Device(name, found)
 
-    def to_arrow(self, name: str) -> Any:
-        """A topic, or a part of a device ("left.position"), as a table of pyarrow with time in s."""
+    def _read(self, channels: list[Channel]) -> None:
+        for one, values in zip(channels, self._native.tables([one.topic for one in channels])):
+            one._values = values
+
+    def to_arrow(self, name: str | None = None) -> Any:
+        """A topic, or a part of a device ("left.position"), as a table of pyarrow with time in s. Without a name all
+        topics, as a dict of tables; that reads the file once, and not once for each topic."""
+        if name is None:
+            self._read([one for one in self._channels.values() if one._values is None])
+            return {topic: one.to_arrow() for topic, one in self._channels.items()}
         if name in self._channels:
             return self._channels[name].to_arrow()
         device, _, column = name.partition(".")

@@ -98,8 +98,9 @@ class Report:
     def __getitem__(self, name: str) -> "Device | Channel":
         return self.recording[name]
 
-    def to_arrow(self, name: str) -> Any:
-        """A topic, a device or a part of one ("left.position") as a table of pyarrow, with time in s."""
+    def to_arrow(self, name: str | None = None) -> Any:
+        """A topic, or a part of a device ("left.position"), as a table of pyarrow, with time in s; without a name all
+        topics by theirs."""
         return self.recording.to_arrow(name)
 
     def __repr__(self) -> str:

@@ -40,6 +40,17 @@ def test_to_arrow(touched):
     assert whole["a1.position"].to_numpy().tolist() == touched["/arm/joint_states"]["a1.position"].values.tolist()
 
 
+def test_all_topics_are_read_at_once(touched):
+    whole = takt.open_recording(touched.recording.path)
+    tables = whole.to_arrow()
+    assert list(tables) == whole.topics
+    for topic in whole.topics:
+        alone = takt.open_recording(touched.recording.path).to_arrow(topic)
+        assert tables[topic].schema.equals(alone.schema, check_metadata=True)
+        assert tables[topic].num_rows == alone.num_rows == len(whole[topic])
+        assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(tables[topic].columns, alone.columns))
+
+
 def test_arrays_are_those_of_the_command_line(touched, tmp_path, command_line):
     import csv
     command_line("export", touched.recording.path, "--topic", "/arm/joint_states", "--csv", tmp_path)
