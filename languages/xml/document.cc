@@ -175,7 +175,12 @@ Result<std::unique_ptr<XmlElement>> parse_xml(std::string_view text, const XmlLi
   XML_SetCharacterDataHandler(parser.get(), on_text);
   XML_SetStartDoctypeDeclHandler(parser.get(), on_doctype);
   const XML_Status status = XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
-  if (status != XML_STATUS_OK && !builder.diagnostics.has_errors()) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  const bool json = first != std::string_view::npos && (text[first] == '{' || text[first] == '[');
+  if (status != XML_STATUS_OK && json) {
+    builder.refuse(Code::kSyntax, "this is JSON, not XML",
+                   "Give the XML file itself; a scenario that names one is run by takt run");
+  } else if (status != XML_STATUS_OK && !builder.diagnostics.has_errors()) {
     builder.refuse(Code::kSyntax,
                    fmt::format("not well-formed XML: {}", XML_ErrorString(XML_GetErrorCode(parser.get()))),
                    "Correct the document there");
