@@ -51,7 +51,7 @@ bool put_state(const std::string& key, const expression::State& state, P& parame
   if constexpr (requires { parameters.abort_if = state; })
     if (key == "abort_if") return parameters.abort_if = state, true;
   if constexpr (requires { parameters.enabled = state; })
-    if (key == "enabled") return parameters.enabled = state, true;
+    if (key == "enabled" || key == "while") return parameters.enabled = state, true;
   return false;
 }
 

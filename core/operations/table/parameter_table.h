@@ -136,7 +136,9 @@ class ParameterTable : public ParameterRows<P> {
     return add(
         std::move(info),
         [access](const ParameterInfo& row, const ReadContext& from, P& p) {
-          std::invoke(access, p) = expression::read_condition(from.reader, row.key, from.cell, row.required);
+          const bool by_program = from.given != nullptr && from.given->contains(row.key);
+          std::invoke(access, p) =
+              expression::read_condition(from.reader, row.key, from.cell, row.required && !by_program);
         },
         [](const ParameterInfo&, const P&, ParameterWriter&) {},
         {.is_given = [access](const P& p) { return get(access, p).has_value(); }});
