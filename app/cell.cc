@@ -16,6 +16,7 @@
 #include "core/activity/command_activity.h"
 #include "core/command/actions/online_action.h"
 #include "core/command/actions/tare.h"
+#include "core/device/channel.h"
 #include "core/expression/believed_shapes.h"
 #include "record/recorder.h"
 
@@ -102,7 +103,7 @@ class Cell::Impl {
     }
     if (follower_ != nullptr) {
       wanted.write_speed = [this](const std::string& channel, double value) {
-        follower_->write_channel(channel, value);
+        follower_->write_channel(channel, net::Real(value));
       };
       // The cycle does not wait for what is on the way either.
       if (served_.realtime) {
@@ -130,6 +131,21 @@ class Cell::Impl {
 
   expression::Cell& cell() { return built_.cell; }
   rcc::ControlCore& core() { return *built_.core; }
+
+  void write_channel(const std::string& name, const std::optional<device::ChannelValue>& value) {
+    device::Channel& channel = *built_.cell.channels.at(device_of(built_.cell.channels, name, "channel"));
+    const device::ChannelDescription& is = channel.description();
+    if (is.writer == device::ChannelDescription::Writer::kNet)
+      refuse(Code::kConflict, fmt::format("'{}' is written by nets", is.name), "Read it, or declare it without 'writer'");
+    // In the follower the value arrives with the cycle in which the server has taken it.
+    if (follower_ != nullptr) return follower_->write_channel(is.name, value);
+    using Written = device::Channel::Written;
+    Written written = Written::kBusy;
+    while (written == Written::kBusy) written = value ? channel.write(*value) : channel.write_null();
+    if (written == Written::kWrongType)
+      refuse(Code::kWrongType, fmt::format("'{}' carries a {}", is.name, net::name_of(is.type)),
+             "Write a value of that type");
+  }
   activity::Runtime& runtime() { return *runtime_; }
   expression::Biases& biases() { return run_->variables().biases; }
   const std::string& title() const { return description_.title; }
@@ -475,6 +491,9 @@ expression::State Cell::input(const std::string& name) {
 }
 expression::RealSensor Cell::analog_input(const std::string& name) {
   return expression::analog_input(model(), device_of(model().analog_inputs, name, "analog input"));
+}
+void Cell::write_channel(const std::string& name, const std::optional<device::ChannelValue>& value) {
+  impl_->write_channel(name, value);
 }
 expression::RealSensor Cell::distance(const std::vector<std::string>& side_a, const std::vector<std::string>& side_b) {
   expression::RealSensor sensor = smallest_distance(model(), side_a, side_b);

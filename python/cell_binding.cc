@@ -49,6 +49,7 @@ std::string names_of(C cell) {
              {"output", std::move(outputs)},
              {"input", names_in(model.digital_inputs)},
              {"analog_input", names_in(model.analog_inputs)},
+             {"channel", names_in(model.channels)},
              {"tool", names_in(model.tools)},
              {"net", names_in(model.nets)}};
   names["frame"] = model.frames.names();
@@ -286,6 +287,7 @@ void bind_cell(nb::module_& module) {
   bind_sensors(cell);
   bind_arms(cell);
   bind_frames(module, cell);
+  bind_channels(cell);
 }
 
 }  // namespace takt::python

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/device/channel_file.h"
 #include "core/net/value_json.h"
 
 namespace takt::serve {
@@ -39,35 +40,9 @@ OutJson to_json(const CellView& view) {
 }
 
 Diagnostics read_value(const OutJson& json, net::ValueType type, std::optional<device::ChannelValue>& value) {
-  if (json.is_null()) return {};
-  const auto read = [&]<class T>(T one) {
-    Diagnostics wrong = net::value_from_json(json, one);
-    value = device::ChannelValue(one);
-    return wrong;
-  };
-  switch (type) {
-    case net::ValueType::kBoolean:
-      return read(net::Boolean{});
-    case net::ValueType::kInteger:
-      return read(net::Integer{});
-    case net::ValueType::kReal:
-      return read(net::Real{});
-    case net::ValueType::kString:
-      return read(net::Text{});
-    case net::ValueType::kVector:
-      return read(net::Vector{});
-    case net::ValueType::kRotation:
-      return read(net::Rotation{});
-    case net::ValueType::kFrame:
-      return read(net::Frame{});
-    case net::ValueType::kTwist:
-      return read(net::Twist{});
-    case net::ValueType::kWrench:
-      return read(net::Wrench{});
-    case net::ValueType::kJoints:
-      return read(net::JointArray{});
-  }
-  return {};
+  Diagnostics wrong;
+  if (!json.is_null()) value = device::channel_value_from_json(json, type, "", wrong);
+  return wrong;
 }
 
 }  // namespace takt::serve

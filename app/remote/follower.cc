@@ -12,6 +12,7 @@
 #include "cell/build/command_tape.h"
 #include "cell/run/follow_record.h"
 #include "core/base/json.h"
+#include "core/net/value_json.h"
 
 namespace takt::app {
 namespace {
@@ -357,9 +358,11 @@ void Follower::tell_tool(const std::string& arm, const device::ToolSetting& tool
   link_.send(LinkJson({{"op", "tool"}, {"tag", tag}, {"arm", arm}, {"tool", cell::values_of(tool)}}).dump());
 }
 
-void Follower::write_channel(const std::string& name, double value) {
+void Follower::write_channel(const std::string& name, const std::optional<device::ChannelValue>& value) {
   const auto tag = keep({});
-  link_.send(LinkJson({{"op", "channel"}, {"tag", tag}, {"name", name}, {"value", value}}).dump());
+  LinkJson json;
+  if (value) json = std::visit([](const auto& one) { return net::value_to_json(one); }, *value);
+  link_.send(LinkJson({{"op", "channel"}, {"tag", tag}, {"name", name}, {"value", json}}).dump());
 }
 
 void Follower::touching(const std::set<std::string, std::less<>>& devices) {

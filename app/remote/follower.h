@@ -51,7 +51,8 @@ class Follower final : public rcc::CommandRelay {
   /// What has happened in the cycles of the last next().
   [[nodiscard]] const std::vector<rcc::Event>& events() const { return events_; }
 
-  void write_channel(const std::string& name, double value);
+  /// @param value  nothing: null
+  void write_channel(const std::string& name, const std::optional<device::ChannelValue>& value);
   /// What the program means to touch just now.
   void touching(const std::set<std::string, std::less<>>& devices);
   void note(std::string_view source, std::string_view name, std::string_view text);

@@ -1,6 +1,7 @@
 """takt in Python: runs of scenario files, programs of cells, recordings as arrays (docs/python.md)."""
 from . import command, conditions, sweeps
 from ._step_operations import *  # noqa: F403  takt.lin(...): a step of a program tree
+from ._channels import CellChannel
 from ._cell import Arm, Cell, Gripper, Output, ToolChanger, TwoArms, open
 from ._errors import Cancelled, Diagnostic, Error, OpenError, OperationError, RecordingError, UsageError
 from ._recording import Channel, Comparison, Curve, Recording, compare, open_recording
@@ -13,7 +14,7 @@ from ._tree import Scenario, Step, branch, call, charts, fail, for_each, krl, le
 from ._takt import version as __version__
 
 __all__ = [
-    "Activity", "Arm", "Cancelled", "Cell", "Channel", "Comparison", "Curve", "Diagnostic", "Error", "Expectation",
+    "Activity", "Arm", "Cancelled", "Cell", "CellChannel", "Channel", "Comparison", "Curve", "Diagnostic", "Error", "Expectation",
     "Frame", "Gripper", "Joints", "OpenError", "OperationError", "Outcome", "Output", "Pose", "Reaction", "Real",
     "Recording", "RecordingError", "Report", "Run", "Scenario", "State", "Step", "ToolChanger", "Twist", "TwoArms", "UsageError", "Vector",
     "Wrench", "between", "branch", "call", "charts", "check", "command", "compare", "conditions", "fail", "for_each", "krl", "let", "log", "main", "open",

@@ -6,6 +6,7 @@ import os
 from typing import TYPE_CHECKING, Any, Callable, Coroutine, Iterable
 
 from . import _takt
+from ._channels import CellChannel
 from ._device_operations import ArmOperations, CellOperations, GripperOperations, OutputOperations, ToolChangerOperations
 from ._errors import as_rows, refuse
 from ._operations import specifications, written
@@ -294,6 +295,10 @@ class Cell(CellOperations):
 
     def analog_input(self, name: str = "") -> _takt.Real:
         return self._native.analog_input(name)
+
+    def channel(self, name: str) -> CellChannel:
+        """A channel, to write and to read."""
+        return CellChannel(self, name)
 
     def distance(self, side_a: str | list[str], side_b: str | list[str]) -> _takt.Real:
         """The smallest distance of two sides, m: devices, objects and bodies ("arm/link_3")."""
