@@ -1,15 +1,19 @@
-#include "hw/emulators/rtde/arguments.h"
+#include "languages/urscript/arguments.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
-#include "hw/rtde/big_endian.h"
+namespace takt::languages::urscript {
 
-namespace takt::hw::rtde {
-
-using urscript::Value;
+std::int32_t to_integer(double value) {
+  using Limits = std::numeric_limits<std::int32_t>;
+  if (!(value == value)) return 0;
+  return static_cast<std::int32_t>(
+      std::clamp(value, static_cast<double>(Limits::min()), static_cast<double>(Limits::max())));
+}
 
 void Arguments::refuse(std::size_t i, std::string_view expected) const {
   const auto given = i < size() ? std::string(call_.arguments[i].kind()) : "missing";
@@ -22,7 +26,7 @@ double Arguments::real(std::size_t i) const {
   refuse(i, "a number");
 }
 
-int Arguments::integer(std::size_t i) const { return saturated<int>(real(i)); }
+int Arguments::integer(std::size_t i) const { return to_integer(real(i)); }
 
 int Arguments::integer(std::size_t i, int lower, int upper) const {
   const int value = integer(i);
@@ -42,11 +46,11 @@ std::string Arguments::text(std::size_t i) const {
   refuse(i, "a string");
 }
 
-urscript::Pose Arguments::pose(std::size_t i) const {
+Pose Arguments::pose(std::size_t i) const {
   if (i < size()) {
     if (const auto pose = call_.arguments[i].pose()) return *pose;
     if (const auto list = call_.arguments[i].numbers(6)) {
-      urscript::Pose pose;
+      Pose pose;
       std::ranges::copy(*list, pose.begin());
       return pose;
     }
@@ -62,11 +66,11 @@ std::vector<double> Arguments::numbers(std::size_t i, std::size_t count) const {
   refuse(i, fmt::format("a list of {} numbers", count));
 }
 
-kinematics::JointVector Arguments::joints(std::size_t i) const {
-  const auto list = numbers(i, 6);
-  kinematics::JointVector joints(6);
+kinematics::JointVector Arguments::joints(std::size_t i, std::size_t count) const {
+  const auto list = numbers(i, count);
+  kinematics::JointVector joints(static_cast<Eigen::Index>(count));
   std::ranges::copy(list, joints.begin());
   return joints;
 }
 
-}  // namespace takt::hw::rtde
+}  // namespace takt::languages::urscript

@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "hw/emulators/urscript/syntax.h"
+#include "languages/urscript/syntax.h"
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 namespace {
 
@@ -433,4 +433,4 @@ bool parse(std::string_view text, Script& script, ScriptError& error) {
   return true;
 }
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

@@ -6,17 +6,13 @@
 #include <Eigen/LU>
 
 #include "core/base/random.h"
-#include "hw/emulators/rtde/arguments.h"
-#include "hw/emulators/rtde/controller.h"
+#include "languages/urscript/arguments.h"
+#include "languages/urscript/functions.h"
+#include "languages/urscript/poses.h"
 
-namespace takt::hw::rtde {
+namespace takt::languages::urscript {
 
 namespace {
-
-using urscript::Library;
-using urscript::List;
-using urscript::Outcome;
-using urscript::Value;
 
 constexpr int kLongestMade = 10'000;
 
@@ -74,7 +70,7 @@ Value to_rows(const Eigen::MatrixXd& matrix) {
 }
 
 Outcome inverse(const Arguments& a) {
-  if (const auto pose = a[0].get<urscript::Pose>()) return Value(to_pose(to_isometry(*pose).inverse()));
+  if (const auto pose = a[0].get<Pose>()) return Value(to_pose(to_isometry(*pose).inverse()));
   const Eigen::MatrixXd matrix = matrix_at(a, 0);
   if (matrix.rows() != matrix.cols()) throw BadArgument{"only a square matrix has an inverse"};
   const Eigen::FullPivLU<Eigen::MatrixXd> factors(matrix);
@@ -94,7 +90,7 @@ void add_lists(Library& library) {
                 const double norm = norm_of(a);
                 auto numbers = a.numbers(0, list_at(a, 0).size());
                 for (double& x : numbers) x = norm > 0.0 ? x / norm : 0.0;
-                return urscript::to_list(numbers);
+                return to_list(numbers);
               }));
   library.add("integer_to_binary_list(x)", checked([](const Arguments& a) -> Outcome {
                 const auto bits = static_cast<std::uint32_t>(a.integer(0));
@@ -134,14 +130,14 @@ void add_strings(Library& library) {
                                          length < 0 ? std::string::npos : static_cast<std::size_t>(length)));
               }));
   library.add("to_num(str)", checked([](const Arguments& a) -> Outcome {
-                std::vector<urscript::Token> tokens;
-                urscript::ScriptError error;
+                std::vector<Token> tokens;
+                ScriptError error;
                 const std::string text = a.text(0);
                 const bool minus = text.starts_with('-');
-                const bool read = urscript::tokenize(minus ? text.substr(1) : text, tokens, error);
-                if (!read || tokens.size() != 2 || tokens[0].kind != urscript::Token::Kind::kNumber)
+                const bool read = tokenize(minus ? text.substr(1) : text, tokens, error);
+                if (!read || tokens.size() != 2 || tokens[0].kind != Token::Kind::kNumber)
                   throw BadArgument{fmt::format("'{}' is not a number", text.substr(0, 40))};
-                return minus ? *urscript::negated(tokens[0].value) : tokens[0].value;
+                return minus ? *negated(tokens[0].value) : tokens[0].value;
               }));
 }
 
@@ -158,9 +154,9 @@ void add_math_functions(Library& library) {
   add_real(library, "d2r(d)", [](double x) { return x * (M_PI / 180.0); });
   add_real(library, "r2d(r)", [](double x) { return x * (180.0 / M_PI); });
   const auto add = [&](const char* signature, auto run) { library.add(signature, checked(run)); };
-  add("floor(f)", [](const Arguments& a) -> Outcome { return Value(saturated<std::int32_t>(std::floor(a.real(0)))); });
-  add("ceil(f)", [](const Arguments& a) -> Outcome { return Value(saturated<std::int32_t>(std::ceil(a.real(0)))); });
-  add("abs(f)", [](const Arguments& a) -> Outcome { return a.real(0) < 0.0 ? *urscript::negated(a[0]) : a[0]; });
+  add("floor(f)", [](const Arguments& a) -> Outcome { return Value(to_integer(std::floor(a.real(0)))); });
+  add("ceil(f)", [](const Arguments& a) -> Outcome { return Value(to_integer(std::ceil(a.real(0)))); });
+  add("abs(f)", [](const Arguments& a) -> Outcome { return a.real(0) < 0.0 ? *negated(a[0]) : a[0]; });
   add("atan2(x, y)", [](const Arguments& a) -> Outcome { return Value(std::atan2(a.real(0), a.real(1))); });
   add("pow(base, exponent)", [](const Arguments& a) -> Outcome {
     const double value = std::pow(a.real(0), a.real(1));
@@ -176,11 +172,10 @@ void add_math_functions(Library& library) {
   add("min(a, b)", [](const Arguments& a) -> Outcome { return extreme(a, false); });
   add("transpose(m)", [](const Arguments& a) -> Outcome { return to_rows(matrix_at(a, 0).transpose()); });
   add("inv(m)", inverse);
-  library.add("random()", [numbers = Random(1, "URScript")](const urscript::Call&) mutable -> Outcome {
-    return Value(numbers.unit());
-  });
+  library.add("random()",
+              [numbers = Random(1, "URScript")](const Call&) mutable -> Outcome { return Value(numbers.unit()); });
   add_lists(library);
   add_strings(library);
 }
 
-}  // namespace takt::hw::rtde
+}  // namespace takt::languages::urscript

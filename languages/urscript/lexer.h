@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "hw/emulators/urscript/value.h"
+#include "languages/urscript/value.h"
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 /// What is wrong with a script, or with what it does: 1-based line and column, and a text for people and clients.
 struct ScriptError {
@@ -32,4 +32,4 @@ struct Token {
 /// @return false and the error for a character that no word begins with, or a string without its end.
 [[nodiscard]] bool tokenize(std::string_view script, std::vector<Token>& tokens, ScriptError& error);
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

@@ -1,4 +1,4 @@
-#include "hw/emulators/urscript/lexer.h"
+#include "languages/urscript/lexer.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 namespace {
 
@@ -132,4 +132,4 @@ bool tokenize(std::string_view script, std::vector<Token>& tokens, ScriptError& 
   return Lexer(script, tokens).run(error);
 }
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

@@ -1,11 +1,11 @@
-#include "hw/emulators/urscript/machine.h"
+#include "languages/urscript/machine.h"
 
 #include <algorithm>
 #include <iterator>
 
 #include <fmt/format.h>
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 namespace {
 
@@ -376,4 +376,4 @@ void Machine::fail(std::string text) {
   if (!error_) error_ = ScriptError{line_, 1, std::move(text)};
 }
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

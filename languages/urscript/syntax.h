@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "hw/emulators/urscript/lexer.h"
-#include "hw/emulators/urscript/value.h"
+#include "languages/urscript/lexer.h"
+#include "languages/urscript/value.h"
 
 /// A script as a tree.
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 struct Expression;
 using ExpressionPtr = std::unique_ptr<Expression>;
@@ -95,4 +95,4 @@ struct Script {
 /// @return false and the first error. Realtime: setup.
 [[nodiscard]] bool parse(std::string_view text, Script& script, ScriptError& error);
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

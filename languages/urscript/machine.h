@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "hw/emulators/urscript/program.h"
+#include "languages/urscript/program.h"
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 /// Runs one program in the frames of a controller. Each thread runs until it takes time (a built-in function that
 /// waits) or blocks, and goes on in a later frame; only there do threads alternate. A thread that loops without taking
@@ -87,4 +87,4 @@ class Machine {
   std::uint64_t overruns_ = 0;
 };
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

@@ -1,11 +1,11 @@
-#include "hw/emulators/urscript/value.h"
+#include "languages/urscript/value.h"
 
 #include <cmath>
 #include <limits>
 
 #include <fmt/format.h>
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 namespace {
 
@@ -205,4 +205,4 @@ std::optional<Value> apply(Operator op, const Value& a, const Value& b) {
 
 std::optional<Value> negated(const Value& a) { return apply(Operator::kMultiply, a, Value(-1)); }
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

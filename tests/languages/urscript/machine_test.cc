@@ -1,10 +1,10 @@
 // The language of programs for UR controllers: what is accepted, what it does, and what stops it.
-#include "hw/emulators/urscript/machine.h"
+#include "languages/urscript/machine.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 namespace {
 
 /// Built-in functions that record what they are called with.
@@ -313,4 +313,4 @@ TEST(Urscript, HostileProgramsAreBounded) {
 }
 
 }  // namespace
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include "hw/emulators/urscript/program.h"
+#include "languages/urscript/program.h"
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 namespace {
 
@@ -389,4 +389,4 @@ std::shared_ptr<const Program> compile(std::string_view text, const Library& lib
   return compile(script, library, error);
 }
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

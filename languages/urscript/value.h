@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 /// x, y, z in m and a rotation vector in rad.
 using Pose = std::array<double, 6>;
@@ -87,4 +87,4 @@ enum class Operator : std::uint8_t {
 [[nodiscard]] std::optional<Value> apply(Operator op, const Value& a, const Value& b);
 [[nodiscard]] std::optional<Value> negated(const Value& a);
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript

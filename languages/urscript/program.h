@@ -9,9 +9,9 @@
 #include <variant>
 #include <vector>
 
-#include "hw/emulators/urscript/syntax.h"
+#include "languages/urscript/syntax.h"
 
-namespace takt::hw::urscript {
+namespace takt::languages::urscript {
 
 /// A thread of the machine that waits: asked once in each frame, it gives the value of the call that waited, or
 /// nothing yet.
@@ -111,4 +111,4 @@ struct Program {
 /// Parses and compiles.
 [[nodiscard]] std::shared_ptr<const Program> compile(std::string_view text, const Library& library, ScriptError& error);
 
-}  // namespace takt::hw::urscript
+}  // namespace takt::languages::urscript
