@@ -34,9 +34,12 @@ struct Assigned {
 
 class Compiler {
  public:
-  Compiler(const Script& script, const Library& library) : script_(script), library_(library) {}
+  Compiler(const Script& script, const Library& library, ScriptErrors& errors)
+      : script_(script), library_(library), errors_(errors) {}
 
-  std::shared_ptr<const Program> run() {
+  /// @return null with errors
+  std::shared_ptr<const Program> run(std::span<const std::string> given) {
+    for (const std::string& name : given) globals_.emplace(name, static_cast<int>(globals_.size()));
     program_.name = script_.name;
     program_.secondary = script_.secondary;
     find_globals();
@@ -45,6 +48,7 @@ class Compiler {
     for (std::size_t i = 0; i < script_.functions.size(); ++i)
       compile_function(i + 1, script_.functions[i].parameters, script_.functions[i].body);
     program_.globals = static_cast<int>(globals_.size());
+    if (!errors_.empty()) return nullptr;
     return std::make_shared<const Program>(std::move(program_));
   }
 
@@ -94,7 +98,7 @@ class Compiler {
   // -- Code ----------------------------------------------------------------------------------------------------------
   std::size_t emit(Code code, int a = 0, int b = 0) {
     if (program_.code.size() >= kLongest) refuse(line_, 1, "the program is too long");
-    program_.code.push_back({code, a, b, line_});
+    program_.code.push_back({code, a, b, line_, column_});
     return program_.code.size() - 1;
   }
   int constant(Value value) {
@@ -109,11 +113,19 @@ class Compiler {
 
   // -- Statements ----------------------------------------------------------------------------------------------------
   void compile(const Block& block) {
-    for (const Statement& statement : block) compile(statement);
+    for (const Statement& statement : block) {
+      try {
+        compile(statement);
+      } catch (NotCompiled& refused) {
+        if (errors_.size() >= kMostErrors) return;
+        errors_.push_back(std::move(refused.error));
+      }
+    }
   }
   void compile(const Statement& statement) {
     using Kind = Statement::Kind;
     line_ = statement.line;
+    column_ = statement.column;
     switch (statement.kind) {
       case Kind::kExpression:
         compile(*statement.value);
@@ -246,7 +258,9 @@ class Compiler {
     }
   }
   [[noreturn]] static void refuse_name(const Expression& expression) {
-    refuse(expression.line, expression.column, fmt::format("compile_error_name_not_found:{}:", expression.name));
+    const bool is_call = expression.kind != Expression::Kind::kName;
+    throw NotCompiled{{expression.line, expression.column,
+                       fmt::format("compile_error_name_not_found:{}:", expression.name), expression.name, is_call}};
   }
   void compile_operator(const Expression& expression) {
     const bool is_and = expression.op == Operator::kAnd, is_or = expression.op == Operator::kOr;
@@ -266,6 +280,8 @@ class Compiler {
       const auto& parameters = script_.functions[static_cast<std::size_t>(function->second) - 1].parameters;
       compile_arguments(call, parameters, false);
       const bool runs = call.kind == Expression::Kind::kRun;
+      line_ = call.line;
+      column_ = call.column;
       emit(runs ? Code::kRun : Code::kCall, function->second, static_cast<int>(parameters.size()));
       return;
     }
@@ -273,6 +289,11 @@ class Compiler {
     if (builtin < 0 || call.kind == Expression::Kind::kRun) refuse_name(call);
     const Builtin& known = library_.all()[static_cast<std::size_t>(builtin)];
     const int count = compile_arguments(call, known.parameters, known.repeats);
+    BuiltinCall& use = program_.calls.emplace_back(call.name, std::nullopt, call.line, call.column);
+    if (!call.arguments.empty() && call.arguments.front().value->kind == Expression::Kind::kConstant)
+      use.first = call.arguments.front().value->value;
+    line_ = call.line;
+    column_ = call.column;
     emit(Code::kBuiltin, builtin, count);
   }
   /// In the order of the parameters; what is missing becomes its default. @return how many
@@ -314,10 +335,11 @@ class Compiler {
 
   const Script& script_;
   const Library& library_;
+  ScriptErrors& errors_;
   Program program_;
   Slots globals_, locals_, functions_;
   std::vector<Loop> loops_;
-  int line_ = 1;
+  int line_ = 1, column_ = 1;
 };
 
 /// A default in a signature.
@@ -375,12 +397,35 @@ int Library::find(std::string_view name) const {
 }
 
 std::shared_ptr<const Program> compile(const Script& script, const Library& library, ScriptError& error) {
+  ScriptErrors errors;
+  auto program = compile(script, library, errors);
+  if (program == nullptr) error = std::move(errors.front());
+  return program;
+}
+
+std::shared_ptr<const Program> compile(const Script& script, const Library& library, ScriptErrors& errors,
+                                       std::span<const std::string> given) {
+  ScriptErrors own;
   try {
-    return Compiler(script, library).run();
-  } catch (const NotCompiled& refused) {
-    error = refused.error;
-    return nullptr;
+    auto program = Compiler(script, library, own).run(given);
+    if (program != nullptr) return program;
+  } catch (NotCompiled& refused) {
+    own.push_back(std::move(refused.error));
   }
+  std::ranges::move(own, std::back_inserter(errors));
+  return nullptr;
+}
+
+std::shared_ptr<const Program> compile(std::string_view text, const Library& library, ScriptErrors& errors,
+                                       std::span<const std::string> given) {
+  Script script;
+  if (parse(text, script, errors)) return compile(script, library, errors, given);
+  // Of a text that is not understood only the functions that nobody knows are worth saying: its variables may be known.
+  ScriptErrors unknown;
+  (void)compile(script, library, unknown, given);
+  for (ScriptError& one : unknown)
+    if (one.is_call && errors.size() < kMostErrors) errors.push_back(std::move(one));
+  return nullptr;
 }
 
 std::shared_ptr<const Program> compile(std::string_view text, const Library& library, ScriptError& error) {

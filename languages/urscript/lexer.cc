@@ -23,15 +23,15 @@ class Lexer {
  public:
   Lexer(std::string_view script, std::vector<Token>& tokens) : script_(script), tokens_(tokens) {}
 
-  bool run(ScriptError& error) {
-    while (skip_blanks()) {
-      if (!take()) {
-        error = {line_, column(), problem_};
-        return false;
-      }
+  void run(ScriptErrors& errors) {
+    while (skip_blanks() && errors.size() < kMostErrors) {
+      if (take()) continue;
+      errors.push_back({line_, column(), problem_});
+      // A text without its end takes the rest of its line with it.
+      const bool text = here() == '"' || here() == '\'';
+      at_ = text ? std::min(script_.find('\n', at_), script_.size()) : at_ + 1;
     }
     add(Token::Kind::kEnd, at_, at_);
-    return true;
   }
 
  private:
@@ -129,7 +129,14 @@ class Lexer {
 }  // namespace
 
 bool tokenize(std::string_view script, std::vector<Token>& tokens, ScriptError& error) {
-  return Lexer(script, tokens).run(error);
+  ScriptErrors errors;
+  tokenize(script, tokens, errors);
+  if (!errors.empty()) error = errors.front();
+  return errors.empty();
+}
+
+void tokenize(std::string_view script, std::vector<Token>& tokens, ScriptErrors& errors) {
+  Lexer(script, tokens).run(errors);
 }
 
 }  // namespace takt::languages::urscript

@@ -13,6 +13,7 @@ constexpr std::size_t kDeepestCalls = 200, kLargestStack = 2000, kMostThreads = 
 constexpr std::ptrdiff_t kLongestList = 10'000;
 constexpr int kDeepestList = 50;
 constexpr std::size_t kLongestText = 65'536;
+constexpr std::ptrdiff_t kElementsAnInstruction = 20, kCountedAfter = 100'000;
 
 /// Takes what a value holds from `left`; lists of lists count whole. Stops below zero.
 void weigh(const Value& value, std::ptrdiff_t& left, int depth) {
@@ -25,12 +26,17 @@ void weigh(const Value& value, std::ptrdiff_t& left, int depth) {
   }
 }
 
-bool too_large(const Value& value) {
-  const auto* text = value.get<std::string>();
-  if (text != nullptr) return text->size() > kLongestText;
+constexpr std::ptrdiff_t kTextsElement = 32;  // characters that count as one element
+
+/// Elements that a value holds; nothing if there are too many of them, or too deep ones.
+std::optional<std::ptrdiff_t> elements_of(const Value& value) {
+  if (const auto* text = value.get<std::string>()) {
+    if (text->size() > kLongestText) return std::nullopt;
+    return static_cast<std::ptrdiff_t>(text->size()) / kTextsElement;
+  }
   std::ptrdiff_t left = kLongestList;
   weigh(value, left, kDeepestList);
-  return left < 0;
+  return left < 0 ? std::nullopt : std::optional(kLongestList - left);
 }
 
 /// @return the element, or null with the reason.
@@ -119,10 +125,26 @@ bool Machine::alive(int thread) const {
 
 std::vector<int> Machine::take_ended_threads() { return std::exchange(ended_threads_, {}); }
 
-int Machine::line() const {
-  if (threads_.empty() || threads_.front().frames.empty()) return line_;
+const Instruction* Machine::main_instruction() const {
+  if (threads_.empty() || threads_.front().frames.empty()) return nullptr;
   const std::size_t at = threads_.front().frames.back().at;
-  return program_->code[at > 0 ? at - 1 : 0].line;
+  return &program_->code[at > 0 ? at - 1 : 0];
+}
+
+int Machine::line() const {
+  const Instruction* const here = main_instruction();
+  return here != nullptr ? here->line : line_;
+}
+
+int Machine::column() const {
+  const Instruction* const here = main_instruction();
+  return here != nullptr ? here->column : column_;
+}
+
+int Machine::frames_without_time() const {
+  int most = 0;
+  for (const Thread& thread : threads_) most = std::max(most, thread.overruns);
+  return most;
 }
 
 bool Machine::resumes(Thread& thread) {
@@ -132,6 +154,9 @@ bool Machine::resumes(Thread& thread) {
     thread.joins = 0;
   }
   if (!thread.wait) return true;
+  const Instruction& call = program_->code[thread.frames.back().at - 1];
+  line_ = call.line;
+  column_ = call.column;
   auto value = thread.wait();
   if (!value) return false;
   thread.wait = nullptr;
@@ -141,13 +166,17 @@ bool Machine::resumes(Thread& thread) {
 
 void Machine::run(Thread& thread) {
   if (!resumes(thread)) return;
-  for (int budget = kBudget; budget > 0; --budget) {
+  for (budget_ = kBudget; budget_ > 0; --budget_) {
     if (thread.ended || error_ || stopping_) return;
     const Instruction& instruction = program_->code[thread.frames.back().at++];
     line_ = instruction.line;
-    if (!step(thread, instruction)) return;
+    column_ = instruction.column;
+    if (step(thread, instruction)) continue;
+    thread.overruns = 0;
+    return;
   }
   ++overruns_;
+  ++thread.overruns;
 }
 
 bool Machine::step(Thread& thread, const Instruction& instruction) {
@@ -355,8 +384,32 @@ Machine::Thread* Machine::find(int id) {
 }
 
 void Machine::push(Thread& thread, Value value) {
-  if (thread.stack.size() >= kLargestStack || too_large(value)) fail("a value or an expression is too large");
+  const auto elements = elements_of(value);
+  if (thread.stack.size() >= kLargestStack || !elements) fail("a value or an expression is too large");
+  if (elements.value_or(0) > 0) charge(*elements);
   thread.stack.push_back(std::move(value));
+}
+
+/// Copies take time as instructions do. All that is held is counted again when much of it is new.
+void Machine::charge(std::ptrdiff_t elements) {
+  budget_ -= static_cast<int>(elements / kElementsAnInstruction);
+  made_ += elements;
+  if (made_ < kCountedAfter) return;
+  made_ = 0;
+  if (held_elements() > kMostElements) fail("the lists and texts of the program are too large");
+}
+
+std::ptrdiff_t Machine::held_elements() const {
+  std::ptrdiff_t sum = 0;
+  const auto add = [&](const std::vector<Value>& values) {
+    for (const Value& value : values) sum += elements_of(value).value_or(kLongestList);
+  };
+  add(globals_);
+  for (const Thread& thread : threads_) {
+    add(thread.locals);
+    add(thread.stack);
+  }
+  return sum;
 }
 
 Value Machine::pop(Thread& thread) {
@@ -373,7 +426,7 @@ std::vector<Value> Machine::pop(Thread& thread, int count) {
 }
 
 void Machine::fail(std::string text) {
-  if (!error_) error_ = ScriptError{line_, 1, std::move(text)};
+  if (!error_) error_ = ScriptError{line_, column_, std::move(text)};
 }
 
 }  // namespace takt::languages::urscript

@@ -45,15 +45,29 @@ constexpr int kNotLevel = 3, kHighest = 6;
 /// Thrown inside of the parser only.
 struct Refused {
   ScriptError error;
+  bool final = false;  ///< nothing behind it can be read
 };
 
 class Parser {
  public:
-  Parser(std::vector<Token> tokens, Script& script) : tokens_(std::move(tokens)), script_(script) {}
+  Parser(std::vector<Token> tokens, Script& script, ScriptErrors& errors)
+      : tokens_(std::move(tokens)), script_(script), errors_(errors) {}
 
   void run() {
+    try {
+      parse_script();
+    } catch (Refused& refused) {
+      errors_.push_back(std::move(refused.error));
+    }
+  }
+
+ private:
+  using Kind = Expression::Kind;
+
+  void parse_script() {
     script_.name = "unnamed";
-    if (!here().is("def") && !here().is("sec")) return parse_block(script_.body, {});
+    script_.bare = !here().is("def") && !here().is("sec");
+    if (script_.bare) return parse_block(script_.body, {});
     script_.secondary = here().is("sec");
     Function main = parse_function();
     // What follows the program is part of it as well: definitions, or statements at its end.
@@ -61,9 +75,6 @@ class Parser {
     script_.body = std::move(main.body);
     parse_block(script_.body, {});
   }
-
- private:
-  using Kind = Expression::Kind;
 
   [[nodiscard]] const Token& here() const { return tokens_[at_]; }
   [[nodiscard]] bool at_end() const { return here().kind == Token::Kind::kEnd; }
@@ -82,6 +93,25 @@ class Parser {
     return fmt::format(", found '{}'", here().text.substr(0, 40));
   }
   [[noreturn]] void refuse(std::string text) const { throw Refused{{here().line, here().column, std::move(text)}}; }
+  /// Writes an error down and goes on with the next line.
+  void recover(Refused& refused, std::size_t from) {
+    if (refused.final || at_end() || errors_.size() + 1 >= kMostErrors) throw std::move(refused);
+    errors_.push_back(std::move(refused.error));
+    brackets_ = 0;
+    if (at_ == from) (void)take();
+    while (!at_end() && !here().begins_line) (void)take();
+  }
+  /// The rest of the line that begins a block, with its colon.
+  template <class Rest>
+  void parse_head(Rest rest) {
+    const std::size_t from = at_;
+    try {
+      rest();
+      expect(":");
+    } catch (Refused& refused) {
+      recover(refused, from);
+    }
+  }
   std::string take_name() {
     if (here().kind != Token::Kind::kName || is_keyword(here().text)) refuse("expected a name" + found());
     return take().text;
@@ -91,7 +121,9 @@ class Parser {
   class Level {
    public:
     explicit Level(Parser& parser) : parser_(parser) {
-      if (++parser_.depth_ > kDeepest) parser_.refuse("nested too deeply");
+      if (++parser_.depth_ <= kDeepest) return;
+      const Token& here = parser_.here();
+      throw Refused{{here.line, here.column, "nested too deeply"}, true};
     }
     ~Level() { --parser_.depth_; }
     Level(const Level&) = delete;
@@ -123,16 +155,17 @@ class Parser {
     function.line = here().line;
     function.column = here().column;
     (void)take();
-    function.name = take_name();
-    expect("(");
-    while (!here().is(")")) {
-      Parameter parameter{take_name(), {}};
-      if (accept("=")) parameter.fallback = constant(*parse_expression());
-      function.parameters.push_back(std::move(parameter));
-      if (!accept(",")) break;
-    }
-    expect(")");
-    expect(":");
+    parse_head([&] {
+      function.name = take_name();
+      expect("(");
+      while (!here().is(")")) {
+        Parameter parameter{take_name(), {}};
+        if (accept("=")) parameter.fallback = constant(*parse_expression());
+        function.parameters.push_back(std::move(parameter));
+        if (!accept(",")) break;
+      }
+      expect(")");
+    });
     parse_block(function.body, {"end"});
     expect("end");
     return function;
@@ -147,8 +180,13 @@ class Parser {
     statement.line = here().line;
     statement.column = here().column;
     operators_ = 0;
-    if (!parse_keyword(statement)) parse_assignment(statement);
-    block.push_back(std::move(statement));
+    const std::size_t from = at_;
+    try {
+      if (!parse_keyword(statement)) parse_assignment(statement);
+      block.push_back(std::move(statement));
+    } catch (Refused& refused) {
+      recover(refused, from);
+    }
   }
 
   /// @return false if it begins with no keyword.
@@ -180,8 +218,7 @@ class Parser {
     Statement* out = &first;
     for (int branches = 0; branches < kMostBranches; ++branches) {
       out->kind = Statement::Kind::kIf;
-      out->value = parse_expression();
-      expect(":");
+      parse_head([&] { out->value = parse_expression(); });
       parse_block(out->body, {"elif", "else", "end"});
       if (!here().is("elif")) return parse_else(*out);
       Statement& next = out->otherwise.emplace_back();
@@ -201,8 +238,7 @@ class Parser {
   }
   void parse_while(Statement& out) {
     out.kind = Statement::Kind::kWhile;
-    out.value = parse_expression();
-    expect(":");
+    parse_head([&] { out.value = parse_expression(); });
     parse_block(out.body, {"end"});
     expect("end");
   }
@@ -415,6 +451,7 @@ class Parser {
 
   std::vector<Token> tokens_;
   Script& script_;
+  ScriptErrors& errors_;
   std::size_t at_ = 0;
   int depth_ = 0, brackets_ = 0, operators_ = 0;
 };
@@ -422,15 +459,18 @@ class Parser {
 }  // namespace
 
 bool parse(std::string_view text, Script& script, ScriptError& error) {
+  ScriptErrors errors;
+  if (parse(text, script, errors)) return true;
+  error = std::move(errors.front());
+  return false;
+}
+
+bool parse(std::string_view text, Script& script, ScriptErrors& errors) {
   std::vector<Token> tokens;
-  if (!tokenize(text, tokens, error)) return false;
-  try {
-    Parser(std::move(tokens), script).run();
-  } catch (const Refused& refused) {
-    error = refused.error;
-    return false;
-  }
-  return true;
+  tokenize(text, tokens, errors);
+  Parser(std::move(tokens), script, errors).run();
+  std::ranges::stable_sort(errors, {}, [](const ScriptError& one) { return std::pair(one.line, one.column); });
+  return errors.empty();
 }
 
 }  // namespace takt::languages::urscript

@@ -84,13 +84,20 @@ struct Instruction {
   };
   Code code = Code::kHalt;
   int a = 0, b = 0;
-  int line = 1;
+  int line = 1, column = 1;
 };
 
 struct CompiledFunction {
   std::string name;
   std::size_t begin = 0;  ///< its first instruction
   int parameters = 0, locals = 0;
+};
+
+/// Where a program calls a built-in function.
+struct BuiltinCall {
+  std::string name;
+  std::optional<Value> first = {};  ///< its first argument, if that is a constant
+  int line = 1, column = 1;
 };
 
 /// A compiled program. Function 0 is what runs. Immutable, independent of the library but for the numbers of its
@@ -102,12 +109,18 @@ struct Program {
   std::vector<Value> constants;
   std::vector<CompiledFunction> functions;
   int globals = 0;
+  std::vector<BuiltinCall> calls;  ///< in the order of the code
 };
 
 /// Compiles a script. Which names are global: those that are declared so anywhere, and those that the main program
 /// assigns.
 /// @return null and the first error: a name that nobody knows is "compile_error_name_not_found:NAME:". Realtime: setup.
 [[nodiscard]] std::shared_ptr<const Program> compile(const Script& script, const Library& library, ScriptError& error);
+/// Parses and compiles with all errors. The program has these global variables before the others, in this order.
+[[nodiscard]] std::shared_ptr<const Program> compile(const Script& script, const Library& library, ScriptErrors& errors,
+                                                     std::span<const std::string> given = {});
+[[nodiscard]] std::shared_ptr<const Program> compile(std::string_view text, const Library& library,
+                                                     ScriptErrors& errors, std::span<const std::string> given = {});
 /// Parses and compiles.
 [[nodiscard]] std::shared_ptr<const Program> compile(std::string_view text, const Library& library, ScriptError& error);
 

@@ -87,6 +87,7 @@ struct Statement {
 struct Script {
   std::string name;        ///< of the program
   bool secondary = false;  ///< a `sec` program: runs beside the main one
+  bool bare = false;       ///< statements without a `def` around them
   Block body;
   std::vector<Function> functions;
 };
@@ -94,5 +95,9 @@ struct Script {
 /// Parses a whole program (`def name(): ... end`, `sec ...`), or single statements, which then are the program.
 /// @return false and the first error. Realtime: setup.
 [[nodiscard]] bool parse(std::string_view text, Script& script, ScriptError& error);
+/// The same with all errors: after one it goes on with the next line. @return false if there are any
+[[nodiscard]] bool parse(std::string_view text, Script& script, ScriptErrors& errors);
+/// The script as a text that parses to the same, without its comments.
+[[nodiscard]] std::string print(const Script& script);
 
 }  // namespace takt::languages::urscript
