@@ -60,14 +60,19 @@ Outcome ArmFunctions::move(int thread, MotionCommand command) {
   command.at = at();
   command.force = force_;
   return ask([this, command = std::move(command), given = false]() mutable -> std::optional<Value> {
-    if (!given && host_.unfinished() > kAdvance) return std::nullopt;
+    // One that has a time begins at rest: how long it takes from within a blend is not known.
+    if (!given && (command.time > 0.0 ? !host_.settled() : host_.unfinished() > kAdvance)) return std::nullopt;
     if (!given) {
       const bool blends = command.radius > 0.0;
       if (std::string problem = host_.move(command); !problem.empty()) throw BadArgument{std::move(problem)};
       given = true;
       if (blends) return Value();
     }
-    return host_.settled() ? std::optional<Value>(Value()) : std::nullopt;
+    if (!host_.settled()) return std::nullopt;
+    // The force is held on where the arm stands.
+    if (force_)
+      (void)host_.last({.kind = LastingCommand::Kind::kForce, .X_FT = X_FT_, .force = *force_, .at = command.at});
+    return Value();
   });
 }
 
@@ -75,6 +80,7 @@ Outcome ArmFunctions::last(int thread, LastingCommand command, double seconds) {
   take(thread);
   command.at = at();
   command.X_FT = X_FT_;
+  command.seconds = seconds;
   return at_rest(thread, [this, command, seconds, end = std::optional<double>()]() mutable -> std::optional<Value> {
     if (!end) {
       if (std::string problem = host_.last(command); !problem.empty()) throw BadArgument{std::move(problem)};

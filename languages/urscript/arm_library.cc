@@ -281,9 +281,10 @@ void add_arm_functions(Library& library, ArmFunctions* arm, const std::set<std::
 
 Library arm_library(ArmFunctions* arm, const std::set<std::string>& calls) {
   Library library;
-  add_arm_functions(library, arm, calls);
   add_math_functions(library);
   add_pose_functions(library);
+  library.mark_pure();
+  add_arm_functions(library, arm, calls);
   return library;
 }
 

@@ -88,6 +88,8 @@ class Compiler {
     for (const std::string& name : assigned.plain)
       if (!globals_.contains(name)) (void)local(name);
     program_.functions[number].begin = program_.code.size();
+    in_main_ = number == 0;
+    depth_ = 0;
     compile(body);
     emit(Code::kConstant, constant({}));
     emit(Code::kReturn);
@@ -115,12 +117,36 @@ class Compiler {
   void compile(const Block& block) {
     for (const Statement& statement : block) {
       try {
-        compile(statement);
+        compile_noted(statement);
       } catch (NotCompiled& refused) {
         if (errors_.size() >= kMostErrors) return;
         errors_.push_back(std::move(refused.error));
       }
     }
+  }
+  /// Of the main program it is written down where each statement is.
+  void compile_noted(const Statement& statement) {
+    if (!in_main_) return compile(statement);
+    const std::size_t number = program_.statements.size(), begin = program_.code.size();
+    const bool top = depth_ == 0;
+    program_.statements.push_back({statement.line, begin, begin});
+    ++depth_;
+    compile(statement);
+    --depth_;
+    MainStatement& noted = program_.statements[number];
+    noted.end = program_.code.size();
+    const bool assigns = statement.kind == Statement::Kind::kAssign || statement.kind == Statement::Kind::kGlobal;
+    noted.assigns = top && assigns && statement.value != nullptr && is_pure(*statement.value) &&
+                    std::ranges::all_of(statement.indices, [&](const ExpressionPtr& one) { return is_pure(*one); });
+  }
+  [[nodiscard]] bool is_pure(const Expression& one) const {
+    if (one.kind == Expression::Kind::kRun) return false;
+    if (one.kind == Expression::Kind::kCall) {
+      const int builtin = functions_.contains(one.name) ? -1 : library_.find(one.name);
+      if (builtin < 0 || !library_.all()[static_cast<std::size_t>(builtin)].pure) return false;
+    }
+    return std::ranges::all_of(one.parts, [&](const ExpressionPtr& part) { return is_pure(*part); }) &&
+           std::ranges::all_of(one.arguments, [&](const Argument& argument) { return is_pure(*argument.value); });
   }
   void compile(const Statement& statement) {
     using Kind = Statement::Kind;
@@ -340,6 +366,8 @@ class Compiler {
   Slots globals_, locals_, functions_;
   std::vector<Loop> loops_;
   int line_ = 1, column_ = 1;
+  bool in_main_ = false;
+  int depth_ = 0;  ///< of blocks in the main program
 };
 
 /// A default in a signature.

@@ -48,6 +48,7 @@ struct LastingCommand {
   kinematics::Vector6 twist = kinematics::Vector6::Zero();  ///< of kSpeed: of the tool, in axes of the base
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
   ForceCommand force = {};  ///< of kForce
+  double seconds = 0.0;     ///< until the next one of its kind is meant to come
   TextLocation at = {};
 };
 

@@ -89,6 +89,26 @@ Machine::Machine(std::shared_ptr<const Program> program, const Library& library,
   (void)start_thread(0, {});
 }
 
+bool Machine::enter(int line) {
+  Thread& main = threads_.front();
+  std::size_t& at = main.frames.back().at;
+  for (const MainStatement& one : program_->statements) {
+    if (one.line >= line) {
+      at = one.begin;
+      return true;
+    }
+    if (!one.assigns) continue;
+    budget_ = kBudget;
+    for (at = one.begin; at != one.end && !error_ && budget_ > 0; --budget_) {
+      const Instruction& instruction = program_->code[at++];
+      line_ = instruction.line;
+      column_ = instruction.column;
+      (void)step(main, instruction);
+    }
+  }
+  return false;
+}
+
 int Machine::start_thread(int function, std::vector<Value> arguments) {
   Thread thread;
   thread.id = next_id_++;

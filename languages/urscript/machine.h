@@ -23,6 +23,9 @@ class Machine {
   /// @param first_thread  number of the main thread; the others count on from it
   Machine(std::shared_ptr<const Program> program, const Library& library, int first_thread = 1);
 
+  /// Goes to the first statement of the main program from this line on, before the first frame. Assignments before it
+  /// that need nothing but variables are carried out. @return false: there is no such statement
+  [[nodiscard]] bool enter(int line);
   /// One frame of all threads, in the order in which they began. @return false if the program has ended.
   bool run_frame();
   [[nodiscard]] bool ended() const { return ended_; }

@@ -36,6 +36,7 @@ struct Builtin {
   std::vector<Parameter> parameters;
   std::function<Outcome(const Call&)> run;
   bool repeats = false;  ///< takes any number of further arguments
+  bool pure = false;     ///< needs nothing but its arguments
 };
 
 /// The built-in functions that scripts may call.
@@ -44,6 +45,10 @@ class Library {
   /// @param signature  "movej(q, a=1.4, v=1.05)"; a last parameter "..." takes any number more; "m|mass" is one
   /// parameter of two names. Well-formed; a default is a number, True, False or a string.
   void add(std::string_view signature, std::function<Outcome(const Call&)> run);
+  /// All that have been added need nothing but their arguments.
+  void mark_pure() {
+    for (Builtin& one : all_) one.pure = true;
+  }
   [[nodiscard]] const std::vector<Builtin>& all() const { return all_; }
   /// @return -1: there is none.
   [[nodiscard]] int find(std::string_view name) const;
@@ -100,6 +105,13 @@ struct BuiltinCall {
   int line = 1, column = 1;
 };
 
+/// A statement of the main program, with its code.
+struct MainStatement {
+  int line = 1;
+  std::size_t begin = 0, end = 0;
+  bool assigns = false;  ///< an assignment that needs nothing but variables before it
+};
+
 /// A compiled program. Function 0 is what runs. Immutable, independent of the library but for the numbers of its
 /// functions.
 struct Program {
@@ -109,7 +121,8 @@ struct Program {
   std::vector<Value> constants;
   std::vector<CompiledFunction> functions;
   int globals = 0;
-  std::vector<BuiltinCall> calls;  ///< in the order of the code
+  std::vector<BuiltinCall> calls;         ///< in the order of the code
+  std::vector<MainStatement> statements;  ///< of the main program, also those in its blocks, in the order of the code
 };
 
 /// Compiles a script. Which names are global: those that are declared so anywhere, and those that the main program

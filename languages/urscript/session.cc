@@ -98,6 +98,18 @@ Diagnostic to_diagnostic(const ScriptError& error, const std::string& file, cons
 
 Result<std::shared_ptr<const Program>> compile_for_arm(const ScriptText& text, const std::set<std::string>& calls,
                                                        const std::vector<std::string>& given) {
+  constexpr std::size_t kMostBytes = 1u << 20;
+  if (text.source.size() > kMostBytes) {
+    Diagnostics large;
+    large.add({.code = takt::Code::kTooLarge,
+               .file = text.file,
+               .pointer = {},
+               .message = fmt::format("a program of {} bytes", text.source.size()),
+               .hint = "Split it: 1 MiB at most",
+               .line = 1,
+               .column = 1});
+    return std::unexpected(std::move(large));
+  }
   const Library library = arm_library(nullptr, calls);
   ScriptErrors errors;
   auto program = compile(text.source, library, errors, given);

@@ -40,6 +40,8 @@ class Session {
   Session(std::shared_ptr<const Program> program, Host& host, const std::set<std::string>& calls,
           const std::vector<GivenVariable>& given);
 
+  /// Begins at the first statement of the main program from this line on. @return false: there is none
+  [[nodiscard]] bool enter(int line) { return machine_.enter(line); }
   /// Runs until all threads wait. When the program ends, what lasts ends; motions that were given go on.
   Progress advance();
   /// It has ended by `halt`.
