@@ -213,12 +213,17 @@ class Parser {
     }
     return false;
   }
+  /// One that is wrong counts as True, so that the tree is whole.
+  void parse_condition(Statement& out) {
+    parse_head([&] { out.value = parse_expression(); });
+    if (out.value == nullptr) out.value = parse_constant(Value(true));
+  }
   void parse_if(Statement& first) {
     const Level level(*this);
     Statement* out = &first;
     for (int branches = 0; branches < kMostBranches; ++branches) {
       out->kind = Statement::Kind::kIf;
-      parse_head([&] { out->value = parse_expression(); });
+      parse_condition(*out);
       parse_block(out->body, {"elif", "else", "end"});
       if (!here().is("elif")) return parse_else(*out);
       Statement& next = out->otherwise.emplace_back();
@@ -238,7 +243,7 @@ class Parser {
   }
   void parse_while(Statement& out) {
     out.kind = Statement::Kind::kWhile;
-    parse_head([&] { out.value = parse_expression(); });
+    parse_condition(out);
     parse_block(out.body, {"end"});
     expect("end");
   }
