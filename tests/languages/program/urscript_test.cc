@@ -272,6 +272,40 @@ TEST(UrscriptProgram, IsLedByHandForAWhile) {
                     "movej([0.3, -0.5, 0, 1.2, 0, -1.0, 0])\n")));
 }
 
+/// A probe on a force/torque sensor over a plate.
+Json probing_cell(const std::string& source) {
+  Json cell = script_cell({{"do", "urscript"},
+                           {"program", {{"file", "main.script"}, {"source", source}}},
+                           {"map", {{"frames", {{"plate", "plate"}}}, {"force", {{"travel_m", 0.06}}}}}});
+  cell["devices"] = {{"arm", {{"model", "lwr4plus"}, {"at", {{"in", "world"}, {"position_m", {0, 0, 0.75}}}}}},
+                     {"wrist", {{"model", "ft_gamma"}, {"on", "arm"}}},
+                     {"probe", {{"model", "probe_ball"}, {"on", "wrist"}}}};
+  cell["objects"] = {{"plate",
+                      {{"shape", "box"},
+                       {"size_m", {0.2, 0.2, 0.03}},
+                       {"at", {{"in", "world"}, {"position_m", {0.56, 0, 0.765}}}}}}};
+  cell["collisions"] = {
+      {"allow", Json::array({{{"between", {"probe", "plate"}}, {"reason", "the probe presses on the plate"}}})}};
+  cell["expectations"] = Json::parse(R"([{"name": "pressed", "kind": "contact_force", "between": ["probe", "plate"],
+                                          "below_N": 14, "at_least_N": 7}])");
+  return cell;
+}
+
+TEST(UrscriptProgram, PressesAlongAnAxisAndHoldsTheForceOnALine) {
+  const RunReport report = run(parsed(probing_cell(R"(def main():
+  movej(pose_trans(plate, p[0, -0.03, 0.03, 3.141592653589793, 0, 0]), v=1)
+  zero_ftsensor()
+  force_mode(p[0, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, -8, 0, 0, 0], 2, [1, 1, 0.005, 1, 1, 1])
+  sleep(6)
+  down = get_target_tcp_pose()
+  movel(pose_add(p[0, 0.04, 0, 0, 0, 0], down), v=0.01)
+  end_force_mode()
+  movel(pose_trans(plate, p[0, 0.01, 0.05, 3.141592653589793, 0, 0]))
+end
+)").dump()));
+  expect_passed(report);
+}
+
 TEST(UrscriptProgram, LoopsWithoutTimeAndEndlessTextsEndWithAMessage) {
   for (const char* source : {"while True:\n  x = 1\nend\n", "l = [1]\nwhile True:\n  l = [l, l]\nend\n",
                              "def main():\n  def f():\n    return 1 + f()\n  end\n  f()\nend\n"}) {
