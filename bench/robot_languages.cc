@@ -16,6 +16,7 @@
 #include "core/device/device_file.h"
 #include "core/program/tree/program.h"
 #include "languages/program/krl_node.h"
+#include "languages/program/urscript_node.h"
 #include "tests/support/fake_arm.h"
 
 namespace takt {
@@ -79,11 +80,14 @@ double measure(const Json& json, int count) {
   return 1e3 * spent / count;
 }
 
-/// The same motions near home in both forms.
-std::pair<Json, Json> programs(int count, bool lines) {
+/// The same motions near home in each form.
+struct Programs {
+  Json steps, krl, urscript;
+};
+Programs programs(int count, bool lines) {
   Random random(2013);
   Json steps = Json::array();
-  std::string krl = "DEF MAIN()\n$VEL.CP=0.25\n";
+  std::string krl = "DEF MAIN()\n$VEL.CP=0.25\n", script;
   for (int i = 0; i < count; ++i) {
     if (lines) {
       const double x = 0.5 + random.uniform(-0.1, 0.1), y = random.uniform(-0.2, 0.2),
@@ -92,6 +96,8 @@ std::pair<Json, Json> programs(int count, bool lines) {
                        {"to", {{"in", "arm"}, {"position_m", {x, y, z}}, {"rpy_deg", {0, 180, 0}}}},
                        {"velocity_m_s", 0.25}});
       krl += fmt::format("LIN {{X {:.17g}, Y {:.17g}, Z {:.17g}, A 0.0, B 180.0, C 0.0}}\n", x * 1e3, y * 1e3, z * 1e3);
+      script += fmt::format("{}(p[{:.17g}, {:.17g}, {:.17g}, 0, 3.141592653589793, 0]{})\n", i > 0 ? "movel" : "movej",
+                            x, y, z, i > 0 ? ", v=0.25" : ", v=100");
       if (i > 0) continue;
       steps.back()["do"] = "ptp";
       steps.back().erase("velocity_m_s");
@@ -110,10 +116,15 @@ std::pair<Json, Json> programs(int count, bool lines) {
     steps.push_back({{"do", "ptp"}, {"to", {{"joints_deg", joints}}}});
     krl += fmt::format("PTP {{A1 {:.17g}, A2 {:.17g}, E1 0, A3 {:.17g}, A4 0, A5 {:.17g}, A6 0}}\n", q[0], q[1], q[3],
                        q[5]);
+    std::string radians;
+    for (const double one : q) radians += fmt::format("{}{:.17g}", radians.empty() ? "" : ", ", one * M_PI / 180.0);
+    script += fmt::format("movej([{}], v=100)\n", radians);
   }
   krl += "END\n";
   Json module{{"name", "MAIN"}, {"file", "main.src"}, {"source", krl}, {"data_file", ""}, {"data", ""}};
-  return {{{"do", "sequence"}, {"steps", steps}}, {{"do", "krl"}, {"program", {{"modules", Json::array({module})}}}}};
+  return {{{"do", "sequence"}, {"steps", steps}},
+          {{"do", "krl"}, {"program", {{"modules", Json::array({module})}}}},
+          {{"do", "urscript"}, {"program", {{"file", "main.script"}, {"source", script}}}}};
 }
 
 }  // namespace
@@ -122,16 +133,18 @@ std::pair<Json, Json> programs(int count, bool lines) {
 int main(int argc, char** argv) {
   using namespace takt;
   program::add_node_kind(languages::krl_kind());
+  program::add_node_kind(languages::urscript_kind());
   const int count = argc > 1 ? std::max(std::atoi(argv[1]), 2) : 200;
   for (const bool lines : {false, true}) {
-    const auto [steps, krl] = programs(count, lines);
-    double json_ms = 1e9, krl_ms = 1e9;
+    const auto [steps, krl, urscript] = programs(count, lines);
+    double json_ms = 1e9, krl_ms = 1e9, urscript_ms = 1e9;
     for (int i = 0; i < 3; ++i) {
       json_ms = std::min(json_ms, measure(steps, count));
       krl_ms = std::min(krl_ms, measure(krl, count));
+      urscript_ms = std::min(urscript_ms, measure(urscript, count));
     }
-    fmt::print("{}  steps {:6.3f} ms  KRL {:6.3f} ms  ratio {:.2f}\n", lines ? "LIN" : "PTP", json_ms, krl_ms,
-               krl_ms / json_ms);
+    fmt::print("{}  steps {:6.3f} ms  KRL {:6.3f} ms  ratio {:.2f}  URScript {:6.3f} ms  ratio {:.2f}\n",
+               lines ? "LIN" : "PTP", json_ms, krl_ms, krl_ms / json_ms, urscript_ms, urscript_ms / json_ms);
   }
   return 0;
 }

@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 # libraries go in whole; a linker drops what the program itself does not use otherwise.
 set(TAKT_HOSTED takt_core_base takt_core_net takt_core_plugin takt_core_kinematics takt_core_motion takt_core_world takt_core_collision
     takt_core_planning takt_core_device takt_core_emulation takt_core_primitives takt_core_rcc takt_core_expression takt_core_command takt_core_command_actions
-    takt_core_activity takt_core_operations takt_app_interfaces takt_core_program_language takt_core_program_tree takt_languages_krl takt_languages_scxml takt_languages takt_record)
+    takt_core_activity takt_core_operations takt_app_interfaces takt_core_program_language takt_core_program_tree takt_languages_krl takt_languages_urscript takt_languages_scxml takt_languages takt_record)
 if(TAKT_SIM)
   list(APPEND TAKT_HOSTED takt_sim takt_cell takt_app_remote takt_app)
 endif()

@@ -39,7 +39,7 @@ SECTIONS = [
     ("state", "State", "What an event handler watches: one of these forms. Each may have `held_for_s`."),
     ("captured", "Captured value", "A value that a transaction captures, or that an analog output follows: one of its keys but `quantity`."),
 ]
-NODES = ["sequence", "parallel", "charts", "tree", "krl", "branch", "repeat", "for_each", "call", "try", "let", "log", "fail", "stop", "motions"]
+NODES = ["sequence", "parallel", "charts", "tree", "krl", "urscript", "branch", "repeat", "for_each", "call", "try", "let", "log", "fail", "stop", "motions"]
 ELSEWHERE = {"step": "[step](#steps)", "command": "[command](#commands)", "expectation": "[expectation](#expectations)",
              "fault": "[fault](#faults)", "device_settings": "[settings](#device-settings)",
              "compliance": "[compliance](operations-reference.md#compliance)", "value": "value"}

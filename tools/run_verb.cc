@@ -241,8 +241,9 @@ std::pair<CLI::App*, Verb> add_run(CLI::App& parser, Common& common) {
   app::add_run_options(*verb, *arguments);
   verb->add_option("--from", arguments->from, "Begin at the step of this name")->type_name("NAME");
   auto* program = verb->add_option("--program", arguments->program.file,
-                                   "A program in KRL, NAME.src with NAME.dat, instead of the scenario's program")
-                      ->type_name("NAME.src");
+                                   "A program in KRL, NAME.src with NAME.dat, or in URScript, NAME.script, instead of "
+                                   "the scenario's program")
+                      ->type_name("FILE");
   verb->add_option("--arm", arguments->program.arm, "With --program: the arm that it moves")
       ->type_name("NAME")
       ->needs(program);

@@ -10,6 +10,7 @@
 #include "core/base/json.h"
 #include "languages/krl/program.h"
 #include "languages/program/krl_node.h"
+#include "languages/program/urscript_node.h"
 
 namespace takt::cell {
 namespace {
@@ -19,8 +20,9 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostProgramBytes = 1u << 20;
 constexpr std::size_t kMostModules = 64;
 
-/// The kind of node is known to whoever can read it from a file.
-[[maybe_unused]] const bool kKrlKnown = (program::add_node_kind(languages::krl_kind()), true);
+/// The kinds of nodes are known to whoever can read them from a file.
+[[maybe_unused]] const bool kLanguagesKnown =
+    (program::add_node_kind(languages::krl_kind()), program::add_node_kind(languages::urscript_kind()), true);
 
 std::string in_capitals(std::string text) {
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -100,27 +102,42 @@ class ModuleReader {
   std::set<std::string, std::less<>> asked_;
 };
 
-void take_in_program(Json& place, const std::string& pointer, const std::filesystem::path& folder,
-                     Diagnostics& diagnostics) {
+/// A program in URScript is one text.
+Json read_script(const std::filesystem::path& file, const std::string& pointer, Diagnostics& diagnostics) {
+  const auto text = read_file(file, kMostProgramBytes);
+  if (!text) diagnostics.append(text.error(), pointer);
+  return {{"file", file.string()}, {"source", text ? *text : std::string()}};
+}
+
+Json read_program(std::string_view language, const std::filesystem::path& file, const std::string& pointer,
+                  Diagnostics& diagnostics) {
+  if (language == "urscript") return read_script(file, pointer, diagnostics);
+  return ModuleReader(file.has_parent_path() ? file.parent_path() : std::filesystem::path("."), pointer, diagnostics)
+      .read(file);
+}
+
+void take_in_program(Json& place, std::string_view language, const std::string& pointer,
+                     const std::filesystem::path& folder, Diagnostics& diagnostics) {
   if (!place.is_string()) return;
   const auto name = place.get<std::string>();
   if (const auto inside = resolve_below(folder, name, pointer); !inside) {
     diagnostics.append(inside.error());
     return;
   }
-  const std::filesystem::path file = folder / name;
-  place = ModuleReader(file.parent_path(), pointer, diagnostics).read(file);
+  place = read_program(language, folder / name, pointer, diagnostics);
 }
 
 void find_programs(Json& json, const std::string& pointer, const std::filesystem::path& folder,
                    Diagnostics& diagnostics) {
   if (!json.is_structured()) return;
-  const bool is_node = json.is_object() && json.contains("do") && json["do"] == "krl";
+  const std::string language =
+      json.is_object() && json.contains("do") && json["do"].is_string() ? json["do"].get<std::string>() : std::string();
+  const bool is_node = language == "krl" || language == "urscript";
   std::size_t index = 0;
   for (auto& [key, value] : json.items()) {
     const std::string inside = pointer + (json.is_array() ? pointer_segment(index++) : pointer_segment(key));
     if (is_node && key == "program") {
-      take_in_program(value, inside, folder, diagnostics);
+      take_in_program(value, language, inside, folder, diagnostics);
     } else if (!is_node) {
       find_programs(value, inside, folder, diagnostics);
     }
@@ -138,12 +155,14 @@ void read_robot_programs(Json& document, const std::filesystem::path& folder, Di
 Result<Override> to_override(const RobotProgram& program) {
   Diagnostics diagnostics;
   const std::filesystem::path file = program.file;
-  if (in_capitals(file.extension().string()) != ".SRC")
+  const std::string ending = in_capitals(file.extension().string());
+  if (ending != ".SRC" && ending != ".SCRIPT")
     return failure(Code::kUnsupported, "--program", fmt::format("'{}' is in no language that is known", program.file),
-                   "Name a file that ends in .src");
+                   "Name a file that ends in .src (KRL) or .script (URScript)");
+  const std::string language = ending == ".SRC" ? "krl" : "urscript";
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-  Json node{{"do", "krl"}, {"name", file.stem().string()}};
-  node["program"] = ModuleReader(folder, "--program", diagnostics).read(file);
+  Json node{{"do", language}, {"name", file.stem().string()}};
+  node["program"] = read_program(language, file, "--program", diagnostics);
   if (!program.arm.empty()) node["arm"] = program.arm;
   std::filesystem::path map = program.map;
   std::error_code ignored;

@@ -11,10 +11,10 @@
 #include "core/base/object_reader.h"
 #include "core/device/arm.h"
 #include "core/program/tree/node_forms.h"
-#include "core/program/tree/strand.h"
 #include "languages/krl/lexer.h"
 #include "languages/program/krl_host.h"
 #include "languages/program/krl_rehearsal.h"
+#include "languages/program/step_line.h"
 
 namespace takt::languages {
 namespace {
@@ -58,13 +58,23 @@ class KrlNode final : public program::Node {
   }
 };
 
-/// Steps that run, with the node that they are.
-struct RunningGroup {
+/// Motions or another item of a program as a group of the line.
+class KrlStepGroup final : public StepGroup {
+ public:
+  KrlStepGroup(KrlGroup made, const KrlMap& map, const expression::Cell& cell, const krl::Program& program)
+      : group(std::move(made)), map_(map), cell_(cell), program_(program) {}
+
+  [[nodiscard]] Json to_step(Diagnostics& diagnostics) const override {
+    return languages::to_step(group, map_, cell_, program_, diagnostics);
+  }
+  void locate(Diagnostics& diagnostics) const override { languages::locate(diagnostics, group, program_); }
+
   KrlGroup group;
-  std::unique_ptr<program::Node> node = {};
-  std::unique_ptr<program::Scope> scope = {};
-  std::unique_ptr<program::NodeRun> run = {};
-  std::unique_ptr<program::ControlLine> line = {};  ///< of what runs beside the motions
+
+ private:
+  const KrlMap& map_;
+  const expression::Cell& cell_;
+  const krl::Program& program_;
 };
 
 /// The machine on the arm: what it gives becomes nodes of the program, which run one after the other on the line of
@@ -72,7 +82,11 @@ struct RunningGroup {
 class RunHost final : public KrlHost {
  public:
   RunHost(const KrlNode& node, Execution& execution)
-      : KrlHost(node.map, execution.context.cell), node_(node), execution_(execution), machine_(*node.krl, *this) {
+      : KrlHost(node.map, execution.context.cell),
+        node_(node),
+        execution_(execution),
+        line_(node, execution),
+        machine_(*node.krl, *this) {
     prepare(machine_);
   }
 
@@ -86,19 +100,20 @@ class RunHost final : public KrlHost {
       const std::int64_t mark = execution_.begun;
       progress = cancelled_ ? Progress::kEnded : machine_.advance();
       if (progress == Progress::kFailed && !cancelled_) {
-        failures_.append(machine_.diagnostics());
+        line_.fail(machine_.diagnostics());
         cancel();
       }
-      again = advance_main() || advance_beside();
+      if (!queue_.empty() && line_.idle() && !line_.begin(group_of(take_group(queue_)))) break;
+      again = line_.advance();
       if (again && !execution_.charge_round(mark, node_.pointer, diagnostics)) return Outcome::kFailed;
     }
-    if ((failed_ || stopped_) && !cancelled_) cancel();
-    if (!settled() || !beside_.empty()) return Outcome::kRunning;
-    if (!failures_.empty()) {
-      diagnostics.append(failures_);
+    if ((line_.failed() || line_.stopped()) && !cancelled_) cancel();
+    if (!settled() || line_.beside()) return Outcome::kRunning;
+    if (line_.failed()) {
+      diagnostics.append(line_.failures());
       return Outcome::kFailed;
     }
-    if (stopped_) return Outcome::kStopped;
+    if (line_.stopped()) return Outcome::kStopped;
     if (progress != Progress::kHalted) return progress == Progress::kEnded ? Outcome::kDone : Outcome::kRunning;
     execution_.context.event("krl", "HALT", fmt::format("line {}", line()));
     return Outcome::kStopped;
@@ -108,101 +123,15 @@ class RunHost final : public KrlHost {
     cancelled_ = true;
     queue_.clear();
     kept_.clear();
-    stop_motion();
-    for (RunningGroup& one : beside_) {
-      const program::OnControlLine line(execution_, *one.line);
-      one.run->cancel(execution_);
-    }
+    line_.cancel();
   }
 
  private:
-  /// @return true if something has ended, or begins
-  bool advance_main() {
-    if (!main_ && !queue_.empty() && !braking_) {
-      RunningGroup next{.group = take_group(queue_)};
-      if (!make(next)) {
-        failed_ = true;
-        return false;
-      }
-      next.run = next.node->begin(*next.scope);
-      main_ = std::make_unique<RunningGroup>(std::move(next));
-    }
-    if (!main_) return advance_open();
-    Diagnostics own;
-    const Outcome outcome = execution_.advance_in(node_.name, *main_->run, own);
-    if (outcome == Outcome::kRunning) return false;
-    end(outcome, own, main_->group);
-    open_ = execution_.strand->open_arm().empty() ? KrlGroup{} : main_->group;
-    // What was left open refers to its node, and so does what takes it over.
-    constexpr std::size_t kMostPast = 4;
-    past_.push_back(std::move(main_));
-    if (past_.size() > kMostPast) past_.pop_front();
-    return true;
+  [[nodiscard]] std::shared_ptr<const StepGroup> group_of(KrlGroup group) const {
+    return std::make_shared<KrlStepGroup>(std::move(group), map_, cell_, *node_.krl);
   }
-
-  /// Nothing follows the motion that was left open, so far: it may have come to its goal.
-  bool advance_open() {
-    if (execution_.strand->open_arm().empty()) {
-      braking_ = false;
-      past_.clear();
-      return false;
-    }
-    Diagnostics own;
-    const operations::Progress progress = execution_.strand->advance(execution_, own);
-    if (progress == operations::Progress::kRunning) return false;
-    end(progress == operations::Progress::kFailed ? Outcome::kFailed : Outcome::kDone, own, open_);
-    return true;
-  }
-
-  void end(Outcome outcome, Diagnostics& own, const KrlGroup& group) {
-    stopped_ = stopped_ || outcome == Outcome::kStopped;
-    if (outcome != Outcome::kFailed || braking_ || cancelled_) return;
-    failed_ = true;
-    if (!group.items.empty()) locate(own, group, *node_.krl);
-    failures_.append(own);
-  }
-
-  bool advance_beside() {
-    bool ended = false;
-    for (std::size_t i = 0; i < beside_.size();) {
-      RunningGroup& one = beside_[i];
-      Diagnostics own;
-      Outcome outcome = Outcome::kRunning;
-      {
-        const program::OnControlLine line(execution_, *one.line);
-        outcome = execution_.advance_in(node_.name, *one.run, own);
-      }
-      if (outcome == Outcome::kRunning) {
-        ++i;
-        continue;
-      }
-      end(outcome, own, one.group);
-      beside_.erase(beside_.begin() + static_cast<std::ptrdiff_t>(i));
-      ended = true;
-    }
-    return ended;
-  }
-
-  /// @return false with failures
-  bool make(RunningGroup& group) {
-    Diagnostics own;
-    const auto step = to_step(group.group, map_, cell_, *node_.krl, own);
-    if (!own.has_errors()) {
-      program::NodeParser parser(cell_, nullptr, own);
-      const program::NodeParser::Inner inner(parser, false);
-      group.node = parser.node(step, node_.pointer);
-    }
-    group.scope = std::make_unique<program::Scope>();
-    if (!own.has_errors()) return true;
-    locate(own, group.group, *node_.krl);
-    failures_.append(own);
-    return false;
-  }
-
-  /// Brakes on the path what moves.
-  void stop_motion() {
-    if (main_) main_->run->cancel(execution_);
-    execution_.strand->cancel(execution_);
+  static const KrlGroup* krl_group(const StepGroup* group) {
+    return group == nullptr ? nullptr : &static_cast<const KrlStepGroup*>(group)->group;
   }
 
   /// The motions of a group that are not over: those from the one on that is being done.
@@ -215,12 +144,13 @@ class RunHost final : public KrlHost {
   }
 
   [[nodiscard]] double now() const override { return execution_.context.core.time() * 1e-9; }
-  [[nodiscard]] bool settled() override { return queue_.empty() && !main_ && execution_.strand->open_arm().empty(); }
+  [[nodiscard]] bool settled() override { return queue_.empty() && line_.settled(); }
   [[nodiscard]] int unfinished() override {
     std::size_t count = 0;
     for (const KrlItem& one : queue_) count += one.motion ? 1 : 0;
-    if (main_ && main_->group.moves()) count += main_->group.items.size() - first_left(main_->group, execution_);
-    if (!execution_.strand->open_arm().empty()) ++count;
+    const KrlGroup* const main = krl_group(line_.main());
+    if (main != nullptr && main->moves()) count += main->items.size() - first_left(*main, execution_);
+    if (line_.open() != nullptr) ++count;
     return static_cast<int>(count);
   }
   [[nodiscard]] std::optional<double> read(krl::Live signal, int number) override {
@@ -242,25 +172,23 @@ class RunHost final : public KrlHost {
 
   void brake() override {
     kept_.clear();
-    if (main_ && main_->group.moves()) {
-      auto& items = main_->group.items;
-      for (std::size_t i = first_left(main_->group, execution_); i < items.size(); ++i) kept_.push_back(items[i]);
-    } else if (!execution_.strand->open_arm().empty() && !open_.items.empty()) {
-      kept_.push_back(open_.items.back());
+    const KrlGroup *const main = krl_group(line_.main()), *const open = krl_group(line_.open());
+    if (main != nullptr && main->moves()) {
+      for (std::size_t i = first_left(*main, execution_); i < main->items.size(); ++i) kept_.push_back(main->items[i]);
+    } else if (open != nullptr) {
+      kept_.push_back(open->items.back());
     }
     for (KrlItem& one : queue_) kept_.push_back(std::move(one));
     queue_.clear();
-    braking_ = true;
-    stop_motion();
+    line_.stop();
   }
   void go_on() override {
-    braking_ = false;
     if (!kept_.empty() && kept_.front().motion && kept_.front().motion->points.size() > 1) {
-      krl::error_at(failures_, node_.krl->modules[static_cast<std::size_t>(kept_.front().module)].file,
-                    kept_.front().at, Code::kUnsupported,
-                    "a circle or spline that an interrupt has stopped cannot go on",
+      Diagnostics wrong;
+      krl::error_at(wrong, node_.krl->modules[static_cast<std::size_t>(kept_.front().module)].file, kept_.front().at,
+                    Code::kUnsupported, "a circle or spline that an interrupt has stopped cannot go on",
                     "End the interrupt program with RESUME");
-      failed_ = true;
+      line_.fail(wrong);
       return;
     }
     for (KrlItem& one : queue_) kept_.push_back(std::move(one));
@@ -269,8 +197,7 @@ class RunHost final : public KrlHost {
   void forget() override {
     queue_.clear();
     kept_.clear();
-    braking_ = true;
-    stop_motion();
+    line_.stop();
   }
   /// Before anything was sent the arm is where it begins.
   [[nodiscard]] kinematics::JointVector position() const override {
@@ -279,28 +206,17 @@ class RunHost final : public KrlHost {
   }
 
   void run_beside(KrlItem item) override {
-    RunningGroup made;
-    made.group.items.push_back(std::move(item));
-    if (!make(made)) {
-      failed_ = true;
-      return;
-    }
-    made.line = std::make_unique<program::ControlLine>();
-    made.run = std::make_unique<program::SettledRun>(made.node->begin(*made.scope));
-    beside_.push_back(std::move(made));
+    KrlGroup group;
+    group.items.push_back(std::move(item));
+    (void)line_.begin_beside(group_of(std::move(group)));
   }
 
   const KrlNode& node_;
   Execution& execution_;
+  StepLine line_;
   krl::Machine machine_;
-  std::unique_ptr<RunningGroup> main_;
-  KrlGroup open_;  ///< whose last motion was left open
-  std::deque<std::unique_ptr<RunningGroup>> past_;
-  std::vector<RunningGroup> beside_;
   std::deque<KrlItem> kept_;  ///< while an interrupt program runs
-  Diagnostics failures_;
-  bool cancelled_ = false, failed_ = false, stopped_ = false;
-  bool braking_ = false;  ///< how what moves comes to an end does not matter
+  bool cancelled_ = false;
 };
 
 class KrlRun final : public program::NodeRun {
@@ -345,23 +261,6 @@ class KrlRun final : public program::NodeRun {
 };
 
 std::unique_ptr<program::NodeRun> KrlNode::begin(program::Scope&) const { return std::make_unique<KrlRun>(*this); }
-
-/// The form of the steps that a map has.
-void check_steps(const KrlMap& map, const std::string& pointer, program::NodeParser& parser) {
-  const auto check = [&](const std::string& text, const std::string& at) {
-    if (text.empty()) return;
-    const auto json = parse_json(text);
-    if (!json) return;
-    const program::NodeParser::Inner inner(parser, false);
-    if (!json->is_array()) return (void)parser.node(*json, at);
-    for (std::size_t i = 0; i < json->size(); ++i) (void)parser.node((*json)[i], at + pointer_segment(i));
-  };
-  for (const auto& [number, output] : map.outputs) {
-    check(output.on, fmt::format("{}/outputs/{}/on", pointer, number));
-    check(output.off, fmt::format("{}/outputs/{}/off", pointer, number));
-  }
-  for (const auto& [name, steps] : map.calls) check(steps, pointer + "/calls" + pointer_segment(name));
-}
 
 std::vector<krl::ModuleText> read_modules(ObjectReader& reader) {
   std::vector<krl::ModuleText> modules;

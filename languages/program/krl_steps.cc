@@ -21,12 +21,6 @@ using krl::Live;
 using krl::MotionCommand;
 using krl::TriggerCommand;
 
-Json pose_goal(const Eigen::Isometry3d& X, const std::string& frame) {
-  const Eigen::Vector3d p = X.translation();
-  const Eigen::Quaterniond q(X.linear());
-  return {{"in", frame}, {"position_m", {p.x(), p.y(), p.z()}}, {"quaternion", {q.w(), q.x(), q.y(), q.z()}}};
-}
-
 /// One motion as a step.
 class StepOfMotion {
  public:
@@ -61,7 +55,7 @@ class StepOfMotion {
   void set_tool(Json& step) {
     auto tool = map_.find_tool(cell_, motion_.X_FT);
     if (!tool) {
-      tool = map_.find_tool(cell_, usual());
+      tool = map_.find_tool(cell_, map_.usual_tool(cell_));
       if (motion_.kind != MotionCommand::Kind::kPtp && motion_.turns)
         krl::error_at(diagnostics_, program_.modules[static_cast<std::size_t>(motion_.module)].file, motion_.at,
                       Code::kUnsupported, "$TOOL is no tool centre point of the cell, and the tool turns",
@@ -71,12 +65,6 @@ class StepOfMotion {
     X_FT_ = tool->X_FT;
     if (!tool->tool.empty()) step["tool"] = tool->tool;
     if (!tool->tcp.empty()) step["tcp"] = tool->tcp;
-  }
-
-  [[nodiscard]] Eigen::Isometry3d usual() const {
-    const auto& arm = cell_.arms.find(map_.arm)->second;
-    const auto tool = cell_.tools.find(arm.tool_name);
-    return tool != cell_.tools.end() ? tool->second.X_FT.at(tool->second.tcp) : arm.X_FT;
   }
 
   [[nodiscard]] Json goal(const MotionCommand::Point& point) const {
@@ -223,25 +211,14 @@ Json to_step(const KrlGroup& group, const KrlMap& map, const expression::Cell& c
 }
 
 Json output_step(const KrlMap& map, Live output, int number, double value, std::optional<double> pulse) {
-  if (output == Live::kAnalogOut) {
-    const auto found = map.analog_outputs.find(number);
-    if (found == map.analog_outputs.end()) return nullptr;
-    return {{"do", "set"}, {"output", found->second}, {"value", value}};
-  }
-  const auto found = map.outputs.find(number);
-  if (found == map.outputs.end()) return nullptr;
-  if (pulse) {
-    Json steps = Json::array();
-    steps.push_back(output_step(map, output, number, value, std::nullopt));
-    steps.push_back({{"do", "wait"}, {"seconds", *pulse}});
-    steps.push_back(output_step(map, output, number, 1.0 - value, std::nullopt));
-    return {{"do", "sequence"}, {"name", fmt::format("PULSE {}", number)}, {"steps", std::move(steps)}};
-  }
-  if (!found->second.name.empty()) return {{"do", "set"}, {"output", found->second.name}, {"value", value != 0.0}};
-  const std::string& text = value != 0.0 ? found->second.on : found->second.off;
-  const auto steps = parse_json(text.empty() ? "[]" : text);
-  if (!steps || !steps->is_array()) return steps ? *steps : Json();
-  return {{"do", "sequence"}, {"name", fmt::format("output {}", number)}, {"steps", *steps}};
+  const bool analog = output == Live::kAnalogOut;
+  Json step = output_step(map, analog, number, value);
+  if (analog || !pulse || step.is_null()) return step;
+  Json steps = Json::array();
+  steps.push_back(std::move(step));
+  steps.push_back({{"do", "wait"}, {"seconds", *pulse}});
+  steps.push_back(output_step(map, analog, number, 1.0 - value));
+  return {{"do", "sequence"}, {"name", fmt::format("PULSE {}", number)}, {"steps", std::move(steps)}};
 }
 
 void locate(Diagnostics& diagnostics, const KrlGroup& group, const krl::Program& program) {

@@ -10,7 +10,7 @@ from ._run import check, main, run
 from ._run_handles import Activity, Outcome, Reaction, Run
 from ._takt import Frame, Joints, Pose, Real, State, Twist, Vector, Wrench
 from .sweeps import between, sweep
-from ._tree import Scenario, Step, branch, call, charts, fail, for_each, krl, let, log, parallel, repeat, sequence, stop, tree, try_
+from ._tree import Scenario, Step, branch, call, charts, fail, for_each, krl, let, log, parallel, repeat, sequence, stop, tree, try_, urscript
 from ._takt import version as __version__
 
 __all__ = [

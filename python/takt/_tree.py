@@ -108,6 +108,14 @@ def krl(program: Any, *, arm: str | None = None, map: Mapping[str, Any] | None =
     return _node("krl", program=program, arm=arm, map=None if map is None else dict(map), **keys)
 
 
+def urscript(program: Any, *, arm: str | None = None, map: Mapping[str, Any] | None = None, **keys: Any) -> Step:
+    """Runs a program in URScript on one arm: a file (.script) of the folder of the scenario.
+
+    `map`: what its numbers and names are in the cell (docs/urscript.md).
+    """
+    return _node("urscript", program=program, arm=arm, map=None if map is None else dict(map), **keys)
+
+
 def try_(*steps: Step, retry: int | None = None, recover: Any = None, on_error: Any = None, error_as: str | None = None,
          finally_: Any = None) -> Step:
     """After a failure tries again, after `recover`; then runs `on_error`, in which `error_as` is a text with the failure;

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "languages/urscript/functions.h"
+
 namespace takt::hw::rtde {
 
 namespace {
@@ -40,7 +42,8 @@ Controller::Controller(const ControllerOptions& options, std::shared_ptr<const d
   add_motion_functions(library_, *this);
   add_kinematics_functions(library_, *this);
   add_force_functions(library_, *this);
-  add_math_functions(library_);
+  urscript::add_math_functions(library_);
+  urscript::add_pose_functions(library_);
   add_system_functions(library_, *this);
   add_socket_functions(library_, *this);
   programs_.installed = options_.programs;

@@ -171,7 +171,6 @@ void add_installation_functions(urscript::Library& library, Controller& controll
 void add_motion_functions(urscript::Library& library, Controller& controller);
 void add_kinematics_functions(urscript::Library& library, Controller& controller);
 void add_force_functions(urscript::Library& library, Controller& controller);
-void add_math_functions(urscript::Library& library);
 void add_system_functions(urscript::Library& library, Controller& controller);
 void add_socket_functions(urscript::Library& library, Controller& controller);
 

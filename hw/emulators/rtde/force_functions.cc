@@ -1,5 +1,4 @@
 // Forces: measured ones, compliance, freedrive.
-#include "hw/emulators/rtde/arguments.h"
 #include "hw/emulators/rtde/controller.h"
 
 namespace takt::hw::rtde {

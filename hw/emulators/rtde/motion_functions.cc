@@ -1,7 +1,6 @@
 // Motions, as programs ask for them.
 #include <fmt/format.h>
 
-#include "hw/emulators/rtde/arguments.h"
 #include "hw/emulators/rtde/controller.h"
 
 namespace takt::hw::rtde {

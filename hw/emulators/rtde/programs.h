@@ -9,8 +9,9 @@
 
 #include "core/base/time.h"
 #include "hw/emulators/rtde/events.h"
-#include "hw/emulators/urscript/machine.h"
+#include "hw/emulators/rtde/language.h"
 #include "hw/rtde/modes.h"
+#include "languages/urscript/machine.h"
 
 namespace takt::hw::rtde {
 

@@ -1,7 +1,6 @@
 // Registers and terminals, as programs read and write them.
 #include <fmt/format.h>
 
-#include "hw/emulators/rtde/arguments.h"
 #include "hw/emulators/rtde/controller.h"
 
 namespace takt::hw::rtde {

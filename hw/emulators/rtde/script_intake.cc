@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "hw/emulators/urscript/lexer.h"
+#include "languages/urscript/lexer.h"
 
 namespace takt::hw::rtde {
 

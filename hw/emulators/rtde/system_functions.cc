@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "hw/emulators/rtde/arguments.h"
 #include "hw/emulators/rtde/controller.h"
 
 namespace takt::hw::rtde {

@@ -5,7 +5,6 @@
 #include "core/kinematics/chain.h"
 #include "core/kinematics/inverse.h"
 #include "core/kinematics/solutions.h"
-#include "core/motion/rotation_vector.h"
 
 namespace takt::hw::rtde {
 
@@ -22,18 +21,6 @@ Vector6 damped(const kinematics::Jacobian& J, const Vector6& x) {
 }
 
 }  // namespace
-
-Eigen::Isometry3d to_isometry(const urscript::Pose& pose) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = Eigen::Vector3d(pose[0], pose[1], pose[2]);
-  X.linear() = motion::exp_rotation(Eigen::Vector3d(pose[3], pose[4], pose[5]));
-  return X;
-}
-
-urscript::Pose to_pose(const Eigen::Isometry3d& X) {
-  const Eigen::Vector3d p = X.translation(), r = motion::log_rotation(X.linear());
-  return {p.x(), p.y(), p.z(), r.x(), r.y(), r.z()};
-}
 
 Eigen::Isometry3d ToolKinematics::X_BF(const JointVector& q) const { return arm_->chain->forward(q); }
 Eigen::Isometry3d ToolKinematics::X_BT(const JointVector& q) const { return X_BF(q) * X_FT_; }

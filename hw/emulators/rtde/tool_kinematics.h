@@ -7,16 +7,12 @@
 
 #include "core/device/description.h"
 #include "core/kinematics/types.h"
-#include "hw/emulators/urscript/value.h"
+#include "hw/emulators/rtde/language.h"
 
 namespace takt::hw::rtde {
 
 using kinematics::JointVector;
 using kinematics::Vector6;
-
-/// x, y, z in m and a rotation vector in rad, as all interfaces of the controller write poses.
-[[nodiscard]] Eigen::Isometry3d to_isometry(const urscript::Pose& pose);
-[[nodiscard]] urscript::Pose to_pose(const Eigen::Isometry3d& X);
 
 /// Where the tool centre point T is, and how it is moved; B is the controller's frame "base".
 class ToolKinematics {
