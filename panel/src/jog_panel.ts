@@ -2,6 +2,7 @@
 import { wordsOf, type Arm, type Device, type Scene } from "./api";
 import { choice, h, setText, slider } from "./dom";
 import { Gamepads } from "./gamepad";
+import { holdButton } from "./hold_button";
 import { JogDrive, type JogSetting, type Space } from "./jog_drive";
 import type { Link } from "./link";
 import { stick } from "./stick";
@@ -200,38 +201,12 @@ export class JogPanel {
   /** Moves while it is held: by pointer, or by Space or Enter. */
   private button(axis: number, direction: 1 | -1, name: string): HTMLButtonElement {
     const sign = direction > 0 ? "+" : "−";
-    const press = (): void => {
-      button.classList.add("held");
-      this.drive.press(axis, direction, this.distance(axis));
-    };
-    const release = (): void => {
-      button.classList.remove("held");
-      this.drive.release(axis);
-    };
-    const button = h(
-      "button",
-      { type: "button", class: "push", "aria-label": `${name} ${direction > 0 ? "plus" : "minus"}, hold to move` },
+    return holdButton(
       sign,
+      () => this.drive.press(axis, direction, this.distance(axis)),
+      () => this.drive.release(axis),
+      `${name} ${direction > 0 ? "plus" : "minus"}, hold to move`,
     );
-    button.addEventListener("pointerdown", (event) => {
-      if (event.button === 0) {
-        button.setPointerCapture(event.pointerId);
-        press();
-      }
-    });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture", "blur"])
-      button.addEventListener(end, release);
-    button.addEventListener("keydown", (event) => {
-      if ((event.key === " " || event.key === "Enter") && !event.repeat) {
-        event.preventDefault();
-        press();
-      }
-    });
-    button.addEventListener("keyup", (event) => {
-      if (event.key === " " || event.key === "Enter") release();
-    });
-    button.addEventListener("contextmenu", (event) => event.preventDefault());
-    return button;
   }
 
   private distance(axis: number): number {

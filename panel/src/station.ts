@@ -3,6 +3,7 @@ import type { Arm, LogEntry } from "./api";
 import { Channels } from "./channels";
 import { h, setText, slider } from "./dom";
 import type { Entry } from "./frames";
+import { holdButton } from "./hold_button";
 import type { Link } from "./link";
 import { LiveCamera } from "./live_camera";
 import { stick } from "./stick";
@@ -325,28 +326,11 @@ export class Station {
 
   private holdButton(pane: Pane): HTMLElement {
     const key = `hold ${pane.channel}`;
-    const button = h("button", { type: "button", class: "push" }, pane.title ?? pane.channel);
-    const press = (): void => {
-      button.classList.add("held");
-      this.hold(key, () => [[pane.channel, true]]);
-    };
-    const release = (): void => {
-      button.classList.remove("held");
-      this.release(key, [[pane.channel, false]]);
-    };
-    button.addEventListener("pointerdown", (event) => {
-      button.setPointerCapture(event.pointerId);
-      press();
-    });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture", "blur"])
-      button.addEventListener(end, release);
-    button.addEventListener("keydown", (event) => {
-      if ((event.key === " " || event.key === "Enter") && !event.repeat) {
-        event.preventDefault();
-        press();
-      }
-    });
-    button.addEventListener("keyup", release);
+    const button = holdButton(
+      pane.title ?? pane.channel,
+      () => this.hold(key, () => [[pane.channel, true]]),
+      () => this.release(key, [[pane.channel, false]]),
+    );
     this.onLetGo.push(() => button.classList.remove("held"));
     this.needControl.push(button);
     return button;
