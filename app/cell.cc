@@ -136,7 +136,8 @@ class Cell::Impl {
     device::Channel& channel = *built_.cell.channels.at(device_of(built_.cell.channels, name, "channel"));
     const device::ChannelDescription& is = channel.description();
     if (is.writer == device::ChannelDescription::Writer::kNet)
-      refuse(Code::kConflict, fmt::format("'{}' is written by nets", is.name), "Read it, or declare it without 'writer'");
+      refuse(Code::kConflict, fmt::format("'{}' is written by nets", is.name),
+             "Read it, or declare it without 'writer'");
     // In the follower the value arrives with the cycle in which the server has taken it.
     if (follower_ != nullptr) return follower_->write_channel(is.name, value);
     using Written = device::Channel::Written;

@@ -84,8 +84,8 @@ class Cell {
   /// A frame of the cell, object or device, where the program believes it to be: cell.frame("tray").offset(0, 0, 0.1).
   [[nodiscard]] app::Frame frame(const std::string& name);
 
-  /// Writes a channel that the outside writes (docs/channels.md): nets and states see it from the next cycle on. No value:
-  /// null. Throws ActivityError if there is no such channel, if nets write it, or if it carries another type.
+  /// Writes a channel that the outside writes (docs/channels.md): nets and states see it from the next cycle on. No
+  /// value: null. Throws ActivityError if there is no such channel, if nets write it, or if it carries another type.
   void write_channel(const std::string& name, const std::optional<device::ChannelValue>& value);
 
   // -- Doing ---------------------------------------------------------------------------------------------------------

@@ -19,7 +19,8 @@ namespace takt::app {
 
 /// Parameters that a program gives in a form that files do not have.
 struct ProgramValues {
-  std::map<std::string, expression::State, std::less<>> states = {};  ///< by key: "until", "abort_if", "enabled", "while"
+  std::map<std::string, expression::State, std::less<>> states =
+      {};  ///< by key: "until", "abort_if", "enabled", "while"
   /// By key: "to", "via", "base_to" have one goal, "through" has all of its points.
   std::map<std::string, std::vector<operations::Goal>, std::less<>> goals = {};
   std::optional<double> blend_time_share = {};  ///< of motions: as MotionParameters::blend = 0.7

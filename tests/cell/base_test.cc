@@ -77,7 +77,8 @@ TEST(Base, ASillIsNoWayAndWhatIsLowerIs) {
   const char* ahead = R"({"do": "lin", "to": {"by_m": [1.5, 0, 0]}})";
   EXPECT_THAT(refusal(alone(ahead, sill("0.005", "0.0025"))),
               Reports(Code::kCollision, "/program/steps/0", {"sill", "base"}));
-  EXPECT_THAT(refusal(rolling(ahead, sill("0.005", "0.0025"))), Reports(Code::kCollision, "/program/steps/0", {"sill"}));
+  EXPECT_THAT(refusal(rolling(ahead, sill("0.005", "0.0025"))),
+              Reports(Code::kCollision, "/program/steps/0", {"sill"}));
   expect_passed(run(alone(ahead, sill("0.002", "0.001"))));
 }
 

@@ -24,7 +24,8 @@ const device::ModelLibrary& models() {
 
 Result<std::unique_ptr<Session>> open(const std::string& more, const std::string& steps) {
   auto description = parse_description(R"({"devices": {"arm": {"model": "lwr4plus"}},
-    "channels": {"go": {"type": "Boolean", "initial": false}, "felt": {"type": "Real", "writer": "net"}},)" +
+    "channels": {"go": {"type": "Boolean", "initial": false}, "felt": {"type": "Real", "writer": "net"},
+                 "pressed": {"type": "Boolean", "timeout_s": 0.05}},)" +
                                        more + R"("program": {"do": "sequence", "steps": [)" + steps +
                                        R"(]}, "expectations": [{"kind": "limits"}]})");
   if (!description) return std::unexpected(std::move(description.error()));
@@ -169,6 +170,24 @@ TEST(Operator, ValuesReachNetsAtTheirTime) {
     if (event.source == "operator") acts.push_back(event.name + " " + event.text);
   }
   EXPECT_THAT(acts, ElementsAre("write go = true"));
+}
+
+TEST(Operator, WhatIsHeldIsWrittenAgainAndAgain) {
+  const auto cycles_pressed = [](const std::string& more) {
+    auto session =
+        open(R"("operator": [{"at_s": 0.2, "do": "write", "channel": "pressed", "value": true)" + more + "}],",
+             R"({"do": "wait", "seconds": 1})");
+    int cycles = 0;
+    RunOptions options;
+    options.after_cycle = [&](BuiltCell& built) {
+      cycles += built.core->find_channel("pressed")->slot<net::Boolean>().null == 0 ? 1 : 0;
+      return true;
+    };
+    EXPECT_EQ((*session)->run(options).verdict, Verdict::kPassed);
+    return cycles;
+  };
+  EXPECT_NEAR(cycles_pressed(""), 50, 2);  // its timeout
+  EXPECT_NEAR(cycles_pressed(R"(, "held_s": 0.5)"), 550, 2);
 }
 
 TEST(Operator, AProgramIsEnteredAtAStep) {
