@@ -27,7 +27,7 @@ CORE = ["core/base", "core/net", "core/plugin", "core/kinematics", "core/motion"
 # Rooms of a layer that is one library, from the bottom up: a room may include those before it.
 ROOMS = {
     "core/operations": ["review", "table", "command", "motion", "grasp", "online", "force", "process", "basic"],
-    "sim": ["model", "contact", "machines", "world", "film"],
+    "sim": ["model", "contact", "machines", "world", "plain", "film"],
     "languages": ["xml", "script", "scxml", "behavior_tree", "program"],
     "cell": ["file", "build", "faults", "judge", "run", "replay"],
 }
@@ -74,7 +74,7 @@ MAY_INCLUDE = {
     "app": CORE + ["core/emulation", "sim", "record", "cell", "app/interfaces", "app/remote"],
     "serve": CORE + ["core/emulation", "sim", "record", "cell"],
     "python": CORE + ["core/emulation", "sim", "record", "cell", "app", "app/interfaces"],
-    "tools/import": CORE,
+    "tools/import": CORE + ["sim"],
     "tools": CORE + ["core/emulation", "languages", "hw", "sim", "record", "cell", "app", "app/interfaces", "serve", "tools/import"],
 }
 # GCC 12 destroys such a lambda twice.

@@ -1,35 +1,54 @@
-// export, recover: recordings for other programs, and recordings that were not closed.
+// export, recover: recordings and cells for other programs, and recordings that were not closed.
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "app/run_arguments.h"
 #include "core/base/output_file.h"
 #include "core/base/text_location.h"
 #include "record/export.h"
 #include "record/recover.h"
 #include "tools/cli.h"
+#include "tools/export_mjcf.h"
 #include "tools/unread.h"
 
 namespace takt::tools {
 namespace {
 
 struct ExportArguments {
-  std::string recording, csv, tum, frame, frames = "/tf";
-  std::vector<std::string> topics;
+  std::string file, csv, tum, frame, frames = "/tf", mjcf;
+  std::vector<std::string> topics, sets;
+  std::optional<std::uint64_t> seed;
 };
+
+/// What belongs to a recording does not to a scenario, and the other way round.
+Diagnostics check_kinds(const ExportArguments& arguments) {
+  Diagnostics diagnostics;
+  const bool of_recording =
+      !arguments.csv.empty() || !arguments.tum.empty() || !arguments.frame.empty() || !arguments.topics.empty();
+  if (!arguments.mjcf.empty() && of_recording)
+    diagnostics.error(Code::kConflict, "--mjcf", "a model is made from a scenario, tables from a recording",
+                      "Give --mjcf alone, or leave it out");
+  if (arguments.mjcf.empty() && (!arguments.sets.empty() || arguments.seed))
+    diagnostics.error(Code::kRequires, arguments.seed ? "--seed" : "--set", "it changes a scenario",
+                      "Give --mjcf OUT with it");
+  return diagnostics;
+}
 
 Diagnostics check(const ExportArguments& arguments) {
   Diagnostics diagnostics;
   if (arguments.csv.empty() && arguments.tum.empty())
     diagnostics.error(Code::kMissing, "", "nothing is to be written",
-                      "Give --csv FOLDER, or --tum FILE with --frame NAME");
+                      "Give --csv FOLDER, or --tum FILE with --frame NAME; of a scenario --mjcf OUT");
   if (arguments.tum.empty() != arguments.frame.empty())
     diagnostics.error(Code::kRequires, arguments.tum.empty() ? "--frame" : "--tum", "a frame and a file are needed",
                       "Give --tum FILE --frame NAME");
-  if (!arguments.tum.empty()) diagnostics.append(check_output(arguments.tum, {arguments.recording}, "--tum"));
+  if (!arguments.tum.empty()) diagnostics.append(check_output(arguments.tum, {arguments.file}, "--tum"));
   return diagnostics;
 }
 
@@ -73,9 +92,29 @@ Diagnostics write_tables(const ExportArguments& arguments, const record::Recordi
   return diagnostics;
 }
 
+int export_model(const ExportArguments& arguments, const Common& common) {
+  Diagnostics diagnostics;
+  MjcfExport wanted{.scenario = arguments.file, .out = arguments.mjcf, .seed = arguments.seed};
+  wanted.overrides = app::parse_sets(arguments.sets, diagnostics);
+  if (diagnostics.has_errors()) return report(diagnostics, common);
+  const auto made = export_mjcf(wanted, common.library());
+  if (!made) return report(made.error(), common);
+  std::vector<std::string> products;
+  for (const std::filesystem::path& file : made->files) products.push_back(file.string());
+  if (common.json) {
+    print({{"result", "exported"}, {"products", products}, {"lacks", made->lacks}});
+    return kHeld;
+  }
+  fmt::print("wrote {} and {} mesh{}\nwhat the model lacks:\n", products.front(), products.size() - 1,
+             products.size() == 2 ? "" : "es");
+  for (const std::string& one : made->lacks) fmt::print("  {}\n", one);
+  fmt::print("next:\n  python3 -m mujoco.viewer --mjcf={}\n", products.front());
+  return kHeld;
+}
+
 int export_recording(const ExportArguments& arguments, const Common& common) {
   if (const Diagnostics diagnostics = check(arguments); diagnostics.has_errors()) return report(diagnostics, common);
-  const auto recording = record::Recording::open(arguments.recording);
+  const auto recording = record::Recording::open(arguments.file);
   if (!recording) return report(recording.error(), common);
   std::vector<std::string> products;
   Diagnostics diagnostics;
@@ -90,7 +129,7 @@ int export_recording(const ExportArguments& arguments, const Common& common) {
   }
   if (diagnostics.has_errors()) return report(diagnostics, common);
   // Messages of types without numbers, such as pictures, are missed only where nothing else is written.
-  const Diagnostics unread = unread_parts(*recording, arguments.recording, [&](const record::ChannelInfo& channel) {
+  const Diagnostics unread = unread_parts(*recording, arguments.file, [&](const record::ChannelInfo& channel) {
     return !arguments.csv.empty() && arguments.topics.empty() && (products.empty() || channel.encoding != "protobuf");
   });
   if (unread.has_errors() && products.empty()) return report(unread, common);
@@ -130,15 +169,28 @@ int recover(const RecoverArguments& arguments, const Common& common) {
 
 std::pair<CLI::App*, Verb> add_export(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<ExportArguments>();
-  CLI::App* verb = app.add_subcommand("export", "Write a recording as tables (CSV) or as a trajectory (TUM)");
-  verb->add_option("RECORDING", arguments->recording, "Recording (MCAP)")->required();
+  CLI::App* verb =
+      app.add_subcommand("export",
+                         "Write a recording as tables (CSV) or as a trajectory (TUM), the cell of a scenario "
+                         "as a model of MuJoCo (MJCF)");
+  verb->add_option("FILE", arguments->file, "Recording (MCAP); with --mjcf a scenario")->required();
   verb->add_option("--csv", arguments->csv, "A file for each topic into this folder")->type_name("FOLDER");
   verb->add_option("--topic", arguments->topics, "With --csv: only this topic; several times")
       ->type_name("TOPIC")
       ->allow_extra_args(false);
   verb->add_option("--tum", arguments->tum, "The poses of a frame: time x y z qx qy qz qw")->type_name("OUT.txt");
   verb->add_option("--frame", arguments->frame, "With --tum: the frame, such as arm/flange")->type_name("NAME");
-  return {verb, [arguments, &common] { return export_recording(*arguments, common); }};
+  verb->add_option("--mjcf", arguments->mjcf,
+                   "The cell at its start as a model of MuJoCo, with its meshes, into this folder")
+      ->type_name("OUT");
+  verb->add_option("--set", arguments->sets, "With --mjcf: change one value of the scenario; several times")
+      ->type_name("POINTER=VALUE")
+      ->allow_extra_args(false);
+  verb->add_option("--seed", arguments->seed, "With --mjcf: seed, instead of the file's")->type_name("N");
+  return {verb, [arguments, &common] {
+            if (const Diagnostics wrong = check_kinds(*arguments); wrong.has_errors()) return report(wrong, common);
+            return arguments->mjcf.empty() ? export_recording(*arguments, common) : export_model(*arguments, common);
+          }};
 }
 
 std::pair<CLI::App*, Verb> add_recover(CLI::App& app, Common& common) {

@@ -13,7 +13,9 @@ namespace takt::tools {
 [[nodiscard]] Diagnostics check_model(const std::filesystem::path& folder);
 
 /// Rehearses the scenario of a wave with a new arm: what fails is a note, as home, payload or torque limits were
-/// guessed. @param root  where scenarios/wave.json is; without one nothing is tried
+/// guessed. What cannot do it and can move its joints one after the other, such as a finger of a hand, gets a scenario
+/// of that in its folder, wave.json, and a note of the first failure, with the number of the others.
+/// @param root  where scenarios/wave.json is; without one nothing is tried
 void try_wave(const std::filesystem::path& folder, const device::ModelLibrary& library,
               const std::filesystem::path& root, std::vector<ImportNote>& notes);
 

@@ -1,4 +1,5 @@
-// new: a model folder from a URDF of somebody else or from a mesh, a scenario to begin with.
+// new: a model folder from a URDF or MJCF of somebody else or from a mesh, a scenario to begin with.
+#include <cctype>
 #include <memory>
 
 #include <fmt/format.h>
@@ -35,12 +36,31 @@ void print_text(const ImportReport& report, const ImportOptions& options) {
   const std::string models = fmt::format("--models {}", options.out.string());
   fmt::print("next:\n  takt validate {}/device.json\n  takt model {} {} --image {}.png\n", report.folder.string(),
              options.name, models, options.name);
-  fmt::print("  takt run scenarios/wave.json {} --set /devices/arm/model={}\n", models, options.name);
+  std::error_code error;
+  if (const auto own = report.folder / "wave.json"; std::filesystem::exists(own, error)) {
+    fmt::print("  takt run {} {}\n", own.string(), models);
+  } else {
+    fmt::print("  takt run scenarios/wave.json {} --set /devices/arm/model={}\n", models, options.name);
+  }
 }
 
-int new_robot(const ImportOptions& wanted, const Common& common) {
-  if (wanted.urdf.empty())
-    return report(failure(Code::kMissing, "--urdf", "no URDF is given", "Give FILE").error(), common);
+/// "arms/UR5-e.xml" in place of a name: the file, which names the model "ur5_e".
+void name_by_file(ImportOptions& options) {
+  const std::filesystem::path file = options.name;
+  const std::string extension = file.extension().string();
+  if (!options.file.empty() || (extension != ".xml" && extension != ".urdf" && extension != ".xacro")) return;
+  options.file = file;
+  options.name.clear();
+  for (const char c : file.stem().string())
+    options.name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? static_cast<char>(std::tolower(c)) : '_';
+}
+
+int new_robot(const ImportOptions& given, const Common& common) {
+  ImportOptions wanted = given;
+  name_by_file(wanted);
+  if (wanted.file.empty())
+    return report(failure(Code::kMissing, "--urdf", "no file is given", "Give --urdf FILE or --mjcf FILE").error(),
+                  common);
   ImportOptions options = wanted;
   options.trial = [&common](const std::filesystem::path& folder, std::vector<ImportNote>& notes) -> Result<void> {
     Diagnostics diagnostics = check_model(folder);
@@ -150,14 +170,21 @@ std::pair<CLI::App*, Verb> add_new(CLI::App& app, Common& common) {
   auto what = std::make_shared<std::string>();
   auto arm = std::make_shared<std::string>(ScenarioOptions{}.arm);
   CLI::App* verb = app.add_subcommand("new",
-                                      "Make a model folder from a foreign URDF, or of a thing from its mesh; a tool, a "
-                                      "gripper, a scenario to begin with");
+                                      "Make a model folder from a foreign URDF or MJCF, or of a thing from its mesh; a "
+                                      "tool, a gripper, a scenario to begin with");
   verb->add_option("WHAT", *what, "robot, object, tool, gripper or scenario")
       ->required()
       ->check(CLI::IsMember({"robot", "object", "tool", "gripper", "scenario"}));
-  verb->add_option("NAME", options->name, "Name of the model: a-z, 0-9, _; of the scenario file without .json")
+  verb->add_option(
+          "NAME", options->name,
+          "Name of the model: a-z, 0-9, _; of the scenario file without .json; of a robot also its file, which then "
+          "names it")
       ->required();
-  verb->add_option("--urdf", options->urdf, "Of a robot: the URDF or xacro file to start from")->type_name("FILE");
+  auto* urdf = verb->add_option("--urdf", options->file, "Of a robot: the URDF or xacro file to start from");
+  urdf->type_name("FILE");
+  verb->add_option("--mjcf", options->file, "Of a robot: the model of MuJoCo (MJCF) to start from")
+      ->type_name("FILE")
+      ->excludes(urdf);
   verb->add_option("--out", options->out, "Folder for it; default of a model: models, of a scenario: this one")
       ->type_name("DIR");
   verb->add_option("--arm", *arm, "Of a scenario: model of its arm")->type_name("NAME")->capture_default_str();

@@ -374,6 +374,14 @@ LoadedCell::LoadedCell(const Description& file, const device::ModelLibrary& mode
       devices(load_devices(description, models, diagnostics)),
       frames(description, devices, diagnostics) {}
 
+std::map<std::string, sim::Mount, std::less<>> mounted_frames(const LoadedCell& loaded) {
+  std::map<std::string, sim::Mount, std::less<>> mounts;
+  for (const std::string& name : loaded.frames.truth.names())
+    if (const auto X_WF = loaded.frames.truth.pose(name); X_WF && name != world::FrameGraph::kWorld)
+      mounts[name] = mount_in(name, *X_WF, loaded);
+  return mounts;
+}
+
 SimulatedCell simulate(const LoadedCell& loaded, const device::ModelLibrary& models, Diagnostics& diagnostics) {
   const Description& description = loaded.description;
   SimulatedCell simulated;

@@ -41,4 +41,7 @@ struct SimulatedCell {
 [[nodiscard]] SimulatedCell simulate(const LoadedCell& loaded, const device::ModelLibrary& models,
                                      Diagnostics& diagnostics);
 
+/// Every frame of the cell with a place at the start: the body that it rides on, and where in it.
+[[nodiscard]] std::map<std::string, sim::Mount, std::less<>> mounted_frames(const LoadedCell& loaded);
+
 }  // namespace takt::cell

@@ -4,7 +4,7 @@
     mutate.py TAKT [--cases N] [--seed S] [--only KIND] [--case K] [--keep FOLDER] [--jobs N]
 
 Cases are made from the shipped scenarios, models, nets, a site and a recording: scenario, device, site, net, recording,
-arguments. Case K of a seed is always the same one. It fails if
+arguments; with --only mjcf models of MuJoCo that are imported. Case K of a seed is always the same one. It fails if
 - the exit status is not 0, 1, 2, 3 or 130, or it is not 0 and there is no message (status 1: no answer);
 - it takes more than 20 s of processor time, 120 s in all, or 1 GiB of memory;
 - a message is that of a crash: a sanitizer, the C++ runtime, takt's own last catch.
@@ -355,11 +355,19 @@ def make_case(kind, rng, corpus, scratch):
         pair = [bad, corpus.recording] if rng.random() < 0.5 else [corpus.recording, bad]
         film = ["render", bad, "--video", scratch / "out.mp4", "--size", "64x64", "--fps", "2"]
         return film if rng.random() < 0.3 else ["compare", *pair, *rng.choice([[], ["--quick"], ["--report", scratch / "out.html"]])]
+    if kind == "mjcf":
+        model = scratch / "mjcf"
+        shutil.copytree(ROOT / "tests/tools/foreign/mjcf", model)
+        changed = model / rng.choice(["arm_with_hand.xml", "drives.xml", "hand.xml", "assets/limb.obj"])
+        changed.write_bytes(mutate_bytes(rng, changed.read_bytes()))
+        top = "hand.xml" if changed.name == "hand.xml" else "arm_with_hand.xml"
+        return ["new", "robot", "x", "--mjcf", model / top, "--out", scratch / "models"]
     return mutated_arguments(rng, scratch, corpus.recording)
 
 
 KINDS = ("scenario", "scenario", "scenario", "scenario", "device", "device", "site", "net", "recording", "recording", "arguments",
          "arguments")
+ON_REQUEST = ("mjcf",)  # with --only: the cases of a seed stay what they were
 
 
 def limit():
@@ -437,7 +445,7 @@ def main():
     parser.add_argument("--cases", type=int, default=10000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", choices=sorted(set(KINDS)))
+    parser.add_argument("--only", choices=sorted({*KINDS, *ON_REQUEST}))
     parser.add_argument("--case", type=int, help="this one alone")
     parser.add_argument("--keep", type=pathlib.Path, default=ROOT / "build/mutated")
     parser.add_argument("--jobs", type=int, default=1)

@@ -398,7 +398,8 @@ class Page(WithFolder):
         commands = [line for block in re.findall(r"```sh\n(.*?)```", page, re.S) for line in block.splitlines()]
         commands = [line for line in commands if line.startswith("./takt ")]
         self.assertGreaterEqual(len(commands), 6)
-        shutil.copytree(FOREIGN / "press_support", self.path / "press_support")
+        for folder in ("press_support", "mjcf"):
+            shutil.copytree(FOREIGN / folder, self.path / folder)
         (self.path / "scenarios").symlink_to(ROOT / "scenarios")
         for command in commands:
             run = takt(*command.split()[1:], cwd=self.path)

@@ -70,10 +70,18 @@ class Meshes {
   }
 
  private:
+  /// A mesh that came with the tree, or that of a file.
+  Result<MeshFile> read(const std::string& name, const std::optional<std::filesystem::path>& file) {
+    const auto own = draft_.meshes.find(name);
+    if (own == draft_.meshes.end()) return read_mesh(*file);
+    if (own->second.triangles > kMostTriangles) return too_many_triangles(own->second.triangles);
+    return std::move(own->second);
+  }
+
   Entry gather(const std::string& name) {
-    const auto file = paths_.find(name);
+    const auto file = draft_.meshes.contains(name) ? std::optional<std::filesystem::path>(name) : paths_.find(name);
     if (!file) return {{}, "there is no such file; --packages DIR says where packages are"};
-    auto mesh = read_mesh(*file);
+    auto mesh = read(name, file);
     if (!mesh) {
       const Diagnostic& diagnostic = mesh.error().list().front();
       return {{}, diagnostic.message + (diagnostic.hint.empty() ? "" : ", allowed: " + diagnostic.hint)};
@@ -243,6 +251,15 @@ Eigen::Vector3d end_of(Draft& draft, const std::string& link) {
   return farthest;
 }
 
+/// Nothing is seen of a link whose next joint is in its own place, or that carries a body in its stead.
+bool is_between(Draft& draft, const Node& link) {
+  return std::ranges::any_of(draft.joints_below(link.text("name")), [&](const Node* joint) {
+    const Node* child = draft.link(child_of(*joint));
+    if (is_movable(*joint)) return joint->origin().translation().norm() < 1e-6;
+    return child != nullptr && (child->child("visual") != nullptr || child->child("collision") != nullptr);
+  });
+}
+
 /// Simulation takes the convex hull of a mesh: near enough to what is seen.
 void add_collisions(Node& link) {
   std::vector<Node> made;
@@ -332,7 +349,7 @@ void complete_bodies(Draft& draft) {
     const Node* above = draft.joint_above(name);
     const bool moves = above != nullptr && is_movable(*above);
     const bool bare = link->all("visual").empty() && link->all("collision").empty();
-    if (bare && (moves || name == draft.base)) {
+    if (bare && (moves || name == draft.base) && !is_between(draft, *link)) {
       add_limb(*link, end_of(draft, name));
       draft.note(fmt::format("link '{}' shape", name), "a cylinder to the next joint",
                  "the file has none that can be read");

@@ -41,9 +41,7 @@ int plain_quaternions(Node& node) {
     const auto q = node.numbers("quat_xyzw", 4);
     const Eigen::Quaterniond turn = q ? Eigen::Quaterniond(q->data()) : Eigen::Quaterniond(0, 0, 0, 0);
     if (turn.norm() > 1e-6) {
-      const Eigen::Matrix3d R = turn.normalized().toRotationMatrix();
-      node.set("rpy", Eigen::Vector3d(std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0))),
-                                      std::atan2(R(1, 0), R(0, 0))));
+      node.set("rpy", rpy_of(turn.normalized().toRotationMatrix()));
       node.drop("quat_xyzw");
       ++count;
     }
@@ -119,6 +117,9 @@ void rename(Draft& draft) {
     if (mimic != nullptr && joints.contains(mimic->text("joint"))) mimic->set("joint", joints.at(mimic->text("joint")));
   }
   if (changed > 0) draft.note("names", fmt::format("{} changed", changed), "lower case letters, digits and _ only");
+  std::map<std::string, JointExtras> extras;
+  for (auto& [joint, figures] : draft.extras) extras[joints.contains(joint) ? joints.at(joint) : joint] = figures;
+  draft.extras = std::move(extras);
   std::vector<std::string*> wanted{&draft.base, &draft.flange};
   for (std::string& link : draft.without) wanted.push_back(&link);
   for (std::string* link : wanted)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -178,10 +179,11 @@ Json list(const JointVector& values) {
 
 JointVector accelerations(const Chain& chain, Draft& draft) {
   const Loads loads = loads_of(chain);
+  const JointVector armature = armature_of(chain, draft);
   JointVector a(chain.joint_count());
   for (int i = 0; i < a.size(); ++i) {
     const double wanted = std::min(2.0 * chain.velocity_limit()[i], kMostAcceleration);
-    const double spare = 0.8 * (chain.effort_limit()[i] - loads.holding[i]) / (loads.inertia[i] + kArmature);
+    const double spare = 0.8 * (chain.effort_limit()[i] - loads.holding[i]) / (loads.inertia[i] + armature[i]);
     a[i] = rounded(std::max(kLeastAcceleration, std::min(wanted, spare)));
     if (spare >= kLeastAcceleration) continue;
     draft.note(
@@ -197,11 +199,20 @@ std::string shown(const Json& value) { return value.dump(); }
 
 }  // namespace
 
-std::vector<double> guess_effort(const Chain& chain) {
+JointVector armature_of(const Chain& chain, const Draft& draft) {
+  JointVector armature = JointVector::Constant(chain.joint_count(), kArmature);
+  for (int i = 0; i < armature.size(); ++i) {
+    const auto known = draft.extras.find(chain.joint_names()[static_cast<std::size_t>(i)]);
+    if (known != draft.extras.end()) armature[i] = known->second.armature.value_or(kArmature);
+  }
+  return armature;
+}
+
+std::vector<double> guess_effort(const Chain& chain, const JointVector& armature) {
   const Loads loads = loads_of(chain);
   std::vector<double> effort;
   for (int i = 0; i < chain.joint_count(); ++i) {
-    effort.push_back(rounded(10.0 + 2.0 * loads.holding[i] + 8.0 * (loads.inertia[i] + kArmature)));
+    effort.push_back(rounded(10.0 + 2.0 * loads.holding[i] + 8.0 * (loads.inertia[i] + armature[i])));
   }
   return effort;
 }
@@ -282,8 +293,38 @@ JointVector guess_home(const kinematics::RobotModel& robot, const Chain& chain) 
   return best;
 }
 
+namespace {
+
+/// The home that the file has for all joints of the chain; nothing if it has none, or one that the joints cannot take.
+std::optional<JointVector> home_of_file(const Chain& chain, Draft& draft) {
+  if (draft.home.empty()) return std::nullopt;
+  JointVector home(chain.joint_count());
+  for (int i = 0; i < home.size(); ++i) {
+    const std::string& joint = chain.joint_names()[static_cast<std::size_t>(i)];
+    const auto known = draft.extras.find(joint);
+    if (known == draft.extras.end() || !known->second.home) return std::nullopt;
+    home[i] = *known->second.home;
+    if (home[i] >= chain.lower()[i] && home[i] <= chain.upper()[i]) continue;
+    draft.note(draft.home, "not used", fmt::format("joint '{}' is at {:g}, beyond its range", joint, home[i]));
+    return std::nullopt;
+  }
+  return home;
+}
+
+std::string armature_why(const Chain& chain, const Draft& draft) {
+  const auto known = std::ranges::count_if(chain.joint_names(), [&](const std::string& joint) {
+    const auto found = draft.extras.find(joint);
+    return found != draft.extras.end() && found->second.armature;
+  });
+  if (known == std::ssize(chain.joint_names())) return "of the file";
+  return known > 0 ? fmt::format("of the file where it has one, else {:g}, a guess", kArmature) : "a guess";
+}
+
+}  // namespace
+
 Json guess_device(const std::string& name, const kinematics::RobotModel& robot, const Chain& chain, Draft& draft) {
   const JointVector a = accelerations(chain, draft);
+  const std::optional<JointVector> home = home_of_file(chain, draft);
   const auto n = static_cast<std::size_t>(chain.joint_count());
   Json held = Json::array();
   for (const int joint : held_joints(chain)) held.push_back(chain.joint_names()[static_cast<std::size_t>(joint)]);
@@ -304,17 +345,17 @@ Json guess_device(const std::string& name, const kinematics::RobotModel& robot, 
                  {"urdf", name + ".urdf"},
                  {"base", draft.base},
                  {"flange", draft.flange},
-                 {"home_rad", list(guess_home(robot, chain))},
+                 {"home_rad", list(home ? *home : guess_home(robot, chain))},
                  {"held_joints", held},
                  {"start_tolerance_rad", 0.02},
                  {"payload_max_kg", rounded(std::max(0.5, kPayloadShare * chain.total_mass()))},
                  {"cycle_ms", 1},
                  {"limits", limits},
                  {"control", {{"modes", {"position"}}, {"mode_changes", Json::array()}, {"gains", gains}}},
-                 {"armature_kg_m2", std::vector<double>(n, kArmature)},
+                 {"armature_kg_m2", list(armature_of(chain, draft))},
                  {"sensors", {{"position", {{"resolution_rad", 1e-5}}}, {"velocity", {{"noise_sigma_rad_s", 1e-3}}}}}};
-  const std::pair<const char*, const char*> guessed[] = {
-      {"/home_rad", "flange down in front of the base, most room around"},
+  const std::pair<const char*, std::string> guessed[] = {
+      {"/home_rad", home ? draft.home : "flange down in front of the base, most room around"},
       {"/held_joints", "what an arm with more than six joints keeps still on a straight line"},
       {"/payload_max_kg", "a tenth of the arm's mass: makers give a sixth and more"},
       {"/cycle_ms", "a guess"},
@@ -328,7 +369,7 @@ Json guess_device(const std::string& name, const kinematics::RobotModel& robot, 
       {"/limits/cartesian/angular_jerk_rad_s3", "a guess"},
       {"/control/gains/natural_frequency_rad_s", "a guess; of the simulated controller"},
       {"/control/gains/damping_ratio", "critically damped"},
-      {"/armature_kg_m2", "a guess"},
+      {"/armature_kg_m2", armature_why(chain, draft)},
       {"/sensors", "a guess"}};
   for (const auto& [pointer, why] : guessed) {
     draft.note(fmt::format("device.json {}", pointer), shown(device.at(Json::json_pointer(pointer))), why);

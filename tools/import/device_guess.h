@@ -11,9 +11,12 @@
 
 namespace takt::tools {
 
+/// What the rotors add to the joints, kg m^2 or kg, in the order of the chain: of the file, or a guess.
+[[nodiscard]] kinematics::JointVector armature_of(const kinematics::Chain& chain, const Draft& draft);
+
 /// Torque limits for joints whose file has none: twice what holding the arm costs in its worst posture and what it
 /// takes to speed up well, Nm or N; in the order of the chain.
-[[nodiscard]] std::vector<double> guess_effort(const kinematics::Chain& chain);
+[[nodiscard]] std::vector<double> guess_effort(const kinematics::Chain& chain, const kinematics::JointVector& armature);
 
 /// A torque limit that files have in place of one: 1 or less, and the joint could not even hold the arm.
 struct Placeholder {

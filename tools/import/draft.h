@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,7 +20,14 @@ struct ImportNote {
   std::string why;
 };
 
-/// A foreign URDF on its way into a model folder. Each step changes the tree and writes down what it did.
+/// What a file says of a joint and a URDF has no word for.
+struct JointExtras {
+  std::optional<double> armature;  ///< kg m^2 or kg
+  std::optional<double> home;      ///< rad or m
+};
+
+/// A foreign URDF on its way into a model folder, or what another format says in its words. Each step changes the tree
+/// and writes down what it did.
 struct Draft {
   Node robot;
   std::vector<ImportNote> notes;
@@ -29,6 +37,9 @@ struct Draft {
   std::vector<std::string> without_effort;        ///< movable joints whose torque limit is not known
   std::set<std::string> mimicked;                 ///< joints that others followed before they were frozen
   std::map<std::string, std::string> mesh_files;  ///< path below the folder of the model, content
+  std::map<std::string, MeshFile> meshes;         ///< that came with the tree, by their name in it
+  std::map<std::string, JointExtras> extras;      ///< by joint
+  std::string home;                               ///< what the home in `extras` is called; empty: there is none
 
   void note(std::string key, std::string value, std::string why) {
     notes.push_back({std::move(key), std::move(value), std::move(why)});

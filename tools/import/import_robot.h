@@ -12,7 +12,7 @@ namespace takt::tools {
 
 struct ImportOptions {
   std::string name;                             ///< of the model: lower case letters, digits, _
-  std::filesystem::path urdf;                   ///< the foreign file: a URDF, or a xacro file
+  std::filesystem::path file;                   ///< the foreign one: a URDF, a xacro file, or MuJoCo's MJCF
   std::filesystem::path out;                    ///< the folder of models that gets the folder `name`
   std::vector<std::filesystem::path> packages;  ///< where package:// meshes may lie, beside the folders above the file
   std::vector<std::string> xacro;               ///< "NAME:=VALUE", arguments of a xacro file
@@ -31,8 +31,8 @@ struct ImportReport {
   std::vector<ImportNote> notes;  ///< all that was guessed, replaced, left out, in the order of the work
 };
 
-/// Makes the folder out/name from a URDF of somebody else: URDF, meshes, device file, README. Nothing is written unless
-/// all of it can be used as a model; all that is wrong is said at once. Realtime: setup.
+/// Makes the folder out/name from a model of somebody else: URDF, meshes, device file, README. Nothing is written
+/// unless all of it can be used as a model; all that is wrong is said at once. Realtime: setup.
 [[nodiscard]] Result<ImportReport> import_robot(const ImportOptions& options);
 
 }  // namespace takt::tools

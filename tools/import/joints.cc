@@ -49,12 +49,6 @@ void complete_range(Draft& draft, const Node& joint, Node& limit) {
              "the file has the other end only, and in URDF a missing one is 0");
 }
 
-/// Roll, pitch and yaw of a rotation.
-Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R) {
-  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0))),
-          std::atan2(R(1, 0), R(0, 0))};
-}
-
 /// A joint that cannot leave its place is a part of what carries it.
 bool lock(Draft& draft, Node& joint) {
   const Node* limit = joint.child("limit");
@@ -296,7 +290,7 @@ void drop_above_base(Draft& draft) {
 /// What hangs on a joint of a kind that arms have not (a camera that floats) is no part of the arm, unless it carries
 /// the flange: then the checker refuses it.
 void drop_strange(Draft& draft) {
-  constexpr std::array<std::string_view, 2> kStrange = {"floating", "planar"};
+  constexpr std::array<std::string_view, 3> kStrange = {"floating", "planar", "spherical"};
   for (bool again = true; again;) {
     again = false;
     for (const Node* joint : draft.robot.all("joint")) {

@@ -31,11 +31,6 @@ std::string lower(std::string text) {
   return text;
 }
 
-std::unexpected<Diagnostics> too_many(std::size_t triangles) {
-  return failure(Code::kTooLarge, "", fmt::format("{} triangles", triangles),
-                 fmt::format("Keep it to at most {}", kMostTriangles));
-}
-
 /// Numbers with a decimal point, whatever the locale of the program.
 std::istringstream numbers_of(const std::string& text) {
   std::istringstream in(text);
@@ -90,7 +85,7 @@ Result<MeshFile> text_stl(const std::string& content) {
     corners.push_back(corner);
   }
   if (corners.size() % 3 != 0) return failure(Code::kSyntax, "", "a facet without three corners");
-  if (corners.size() / 3 > kMostTriangles) return too_many(corners.size() / 3);
+  if (corners.size() / 3 > kMostTriangles) return too_many_triangles(corners.size() / 3);
   return binary_stl(to_binary(corners));
 }
 
@@ -98,7 +93,8 @@ Result<MeshFile> read_stl(std::string content) {
   std::uint32_t count = 0;
   if (content.size() >= kHeader) std::memcpy(&count, content.data() + 80, sizeof count);
   const bool binary = content.size() >= kHeader && content.size() == kHeader + std::size_t{count} * kTriangle;
-  if (binary) return count > kMostTriangles ? Result<MeshFile>(too_many(count)) : binary_stl(std::move(content));
+  if (binary)
+    return count > kMostTriangles ? Result<MeshFile>(too_many_triangles(count)) : binary_stl(std::move(content));
   if (content.starts_with("solid")) return text_stl(content);
   return failure(Code::kSyntax, "", "it is neither a binary STL of the size that it claims nor a text STL");
 }
@@ -124,11 +120,16 @@ Result<MeshFile> read_obj(std::string content) {
   // Looks come from the URDF: a library of materials would be one more file to find.
   for (std::size_t at = 0; (at = content.find("mtllib", at)) != std::string::npos;) content.replace(at, 6, "#     ");
   mesh.content = std::move(content);
-  if (mesh.triangles > kMostTriangles) return too_many(mesh.triangles);
+  if (mesh.triangles > kMostTriangles) return too_many_triangles(mesh.triangles);
   return mesh;
 }
 
 }  // namespace
+
+std::unexpected<Diagnostics> too_many_triangles(std::size_t triangles) {
+  return failure(Code::kTooLarge, "", fmt::format("{} triangles", triangles),
+                 fmt::format("Keep it to at most {}", kMostTriangles));
+}
 
 MeshPaths::MeshPaths(const fs::path& urdf, std::vector<fs::path> packages) : roots_(std::move(packages)) {
   std::error_code error;
@@ -171,7 +172,8 @@ Result<MeshFile> read_mesh(const fs::path& file) {
                    "Use .stl, .obj or .dae");
   }
   std::error_code error;
-  if (const auto bytes = fs::file_size(file, error); !error && bytes > kMostBytes) return too_many(bytes / 400);
+  if (const auto bytes = fs::file_size(file, error); !error && bytes > kMostBytes)
+    return too_many_triangles(bytes / 400);
   if (extension == ".dae") {
     auto mesh = read_collada(file);
     if (mesh && mesh->triangles == 0) return failure(Code::kMissing, "", "it has no triangle");

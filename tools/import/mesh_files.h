@@ -48,6 +48,9 @@ struct MeshFile {
 /// another format, broken, no triangle, more than kMostTriangles (the file is not read then).
 [[nodiscard]] Result<MeshFile> read_mesh(const std::filesystem::path& file);
 
+/// The diagnostic of a mesh that has more than kMostTriangles.
+[[nodiscard]] std::unexpected<Diagnostics> too_many_triangles(std::size_t triangles);
+
 /// The box around the content of a mesh that read_mesh has made, named with its extension.
 [[nodiscard]] Eigen::AlignedBox3d mesh_box(const std::string& content, const std::string& name);
 

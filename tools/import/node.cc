@@ -141,6 +141,14 @@ void Node::set_origin(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy) {
   node.set("rpy", rpy);
 }
 
+Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R) {
+  const double yaw = std::atan2(R(1, 0), R(0, 0)), c = std::cos(yaw), s = std::sin(yaw);
+  // What is left once the yaw is taken off: where the pitch is a quarter turn, any yaw has a roll that fits it.
+  const double pitch = std::atan2(-R(2, 0), c * R(0, 0) + s * R(1, 0));
+  const double roll = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
+  return {roll, pitch, yaw};
+}
+
 Node node_of(const kinematics::XmlTree& tree, int index) {
   const kinematics::XmlElement& element = tree.elements[static_cast<std::size_t>(index)];
   Node node{element.name, element.attributes, {}};

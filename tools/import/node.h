@@ -46,6 +46,9 @@ struct Node {
   void set_origin(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy);
 };
 
+/// Roll, pitch and yaw of a rotation, as a URDF has them: exact at a pitch of a quarter turn, too.
+[[nodiscard]] Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R);
+
 /// The tree below tree.elements[index]: at most kMaxXmlDepth deep, as the scan has seen to.
 [[nodiscard]] Node node_of(const kinematics::XmlTree& tree, int index = 0);
 /// XML text with two spaces a level.
