@@ -83,7 +83,7 @@ Result<std::vector<record::Table>> read_all(const Recording& recording, const st
   }
   if (values > record::mcap::ReadLimits::kTableValues) {
     Diagnostics wrong;
-    wrong.error(Code::kTooLarge, "", "all topics together have too many values", "Read one topic at a time");
+    wrong.error(Code::kTooLarge, "", "all topics together have too many values", "Give one topic at a time");
     return std::unexpected(std::move(wrong));
   }
   return recording.tables(wanted);
