@@ -280,10 +280,9 @@ Json probing_cell(const std::string& source) {
   cell["devices"] = {{"arm", {{"model", "lwr4plus"}, {"at", {{"in", "world"}, {"position_m", {0, 0, 0.75}}}}}},
                      {"wrist", {{"model", "ft_gamma"}, {"on", "arm"}}},
                      {"probe", {{"model", "probe_ball"}, {"on", "wrist"}}}};
-  cell["objects"] = {{"plate",
-                      {{"shape", "box"},
-                       {"size_m", {0.2, 0.2, 0.03}},
-                       {"at", {{"in", "world"}, {"position_m", {0.56, 0, 0.765}}}}}}};
+  cell["objects"] = {
+      {"plate",
+       {{"shape", "box"}, {"size_m", {0.2, 0.2, 0.03}}, {"at", {{"in", "world"}, {"position_m", {0.56, 0, 0.765}}}}}}};
   cell["collisions"] = {
       {"allow", Json::array({{{"between", {"probe", "plate"}}, {"reason", "the probe presses on the plate"}}})}};
   cell["expectations"] = Json::parse(R"([{"name": "pressed", "kind": "contact_force", "between": ["probe", "plate"],
@@ -302,7 +301,8 @@ TEST(UrscriptProgram, PressesAlongAnAxisAndHoldsTheForceOnALine) {
   end_force_mode()
   movel(pose_trans(plate, p[0, 0.01, 0.05, 3.141592653589793, 0, 0]))
 end
-)").dump()));
+)")
+                                          .dump()));
   expect_passed(report);
 }
 
