@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -116,7 +117,7 @@ Result<std::shared_ptr<const Program>> compile_for_arm(const ScriptText& text, c
   ScriptErrors errors;
   auto program = compile(text.source, library, errors, given);
   Diagnostics diagnostics;
-  std::ranges::stable_sort(errors, {}, [](const ScriptError& one) { return std::pair(one.line, one.column); });
+  std::ranges::sort(errors, {}, [](const ScriptError& one) { return std::tuple(one.line, one.column, one.text); });
   for (const ScriptError& one : errors) diagnostics.add(to_diagnostic(one, text.file, library));
   if (program != nullptr && program->secondary)
     diagnostics.add({.code = takt::Code::kUnsupported,
