@@ -26,7 +26,10 @@ class Lexer {
   void run(ScriptErrors& errors) {
     while (skip_blanks() && errors.size() < kMostErrors) {
       if (take()) continue;
-      errors.push_back({line_, column(), problem_});
+      ScriptError& error = errors.emplace_back();
+      error.line = line_;
+      error.column = column();
+      error.text = problem_;
       // A text without its end takes the rest of its line with it.
       const bool text = here() == '"' || here() == '\'';
       at_ = text ? std::min(script_.find('\n', at_), script_.size()) : at_ + 1;

@@ -2,6 +2,7 @@
 // bracket or an operator at the beginning of a line does not go on with what stands before, unless a bracket is open.
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -474,7 +475,7 @@ bool parse(std::string_view text, Script& script, ScriptErrors& errors) {
   std::vector<Token> tokens;
   tokenize(text, tokens, errors);
   Parser(std::move(tokens), script, errors).run();
-  std::ranges::stable_sort(errors, {}, [](const ScriptError& one) { return std::pair(one.line, one.column); });
+  std::ranges::sort(errors, {}, [](const ScriptError& one) { return std::tuple(one.line, one.column, one.text); });
   return errors.empty();
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -90,7 +91,9 @@ Diagnostic to_diagnostic(const ScriptError& error, const std::string& file, cons
   }
   std::vector<std::string> names;
   for (const Builtin& one : library.all()) names.push_back(one.name);
-  made.hint = "Define it, or give it in \"calls\" of the map" + nearest_choice(error.unknown, names, 0);
+  const std::string nearest = nearest_choice(error.unknown, names);
+  made.hint = "Define it, or give it in \"calls\" of the map";
+  if (nearest.starts_with("did you mean")) made.hint += "; " + nearest.substr(0, nearest.find('?') + 1);
   return made;
 }
 
@@ -114,6 +117,7 @@ Result<std::shared_ptr<const Program>> compile_for_arm(const ScriptText& text, c
   ScriptErrors errors;
   auto program = compile(text.source, library, errors, given);
   Diagnostics diagnostics;
+  std::ranges::sort(errors, {}, [](const ScriptError& one) { return std::tuple(one.line, one.column, one.text); });
   for (const ScriptError& one : errors) diagnostics.add(to_diagnostic(one, text.file, library));
   if (program != nullptr && program->secondary)
     diagnostics.add({.code = takt::Code::kUnsupported,

@@ -30,7 +30,7 @@ PARSERS = {
         ["tests/hw/rtde/script_service_test.cc", "tests/hw/rtde/programs_test.cc"],
         "hw_rtde",
     ),
-    "urscript": (["languages/urscript/lexer.cc", "languages/urscript/parser.cc"], ["tests/languages/urscript/machine_test.cc"], "languages_urscript"),
+    "urscript": (["languages/urscript/lexer.cc", "languages/urscript/parser.cc"], ["tests/languages/urscript/machine_test.cc", "tests/languages/urscript/corpus_test.cc", "tests/languages/urscript/limits_test.cc"], "languages_urscript"),
     "canopen": (
         ["hw/cia402/protocol/canopen.cc", "hw/cia402/protocol/drive_state.cc"],
         ["tests/hw/cia402/protocol_test.cc"],

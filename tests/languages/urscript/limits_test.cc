@@ -47,6 +47,16 @@ TEST(UrscriptLimits, AMillionErrorsAreFew) {
   EXPECT_LE(refused(repeated(50'000, "f()\n")).list().size(), 100u);
 }
 
+TEST(UrscriptLimits, WordsOfATextOrItsFirstError) {
+  std::vector<Token> tokens;
+  ScriptError error;
+  EXPECT_TRUE(tokenize("x = 1", tokens, error));
+  EXPECT_EQ(tokens.size(), 4u);
+  EXPECT_FALSE(tokenize("x\n ? !", tokens, error));
+  EXPECT_EQ(error.line, 2);
+  EXPECT_EQ(error.column, 2);
+}
+
 TEST(UrscriptLimits, EndsAProgramThatAllocatesWithoutEnd) {
   EXPECT_EQ(failure_of("l = make_list(5000, 1)\nwhile True:\n  l = [l, l]\nend\n"), 3);
   // Many lists, none of them too large.
