@@ -107,7 +107,7 @@ void read_inertia(FormReader& from, ObjectEntry& object) {
 const FormOf<ScrewEntry>& screw_form() {
   static const auto form =
       FormOf<ScrewEntry>()
-          .add(text_key("thread", "Size, a name of models/threads.json: M3 to M8."), &ScrewEntry::thread)
+          .add(text_key("thread", "Size, a name of models/threads.json: M3 to M8, M16."), &ScrewEntry::thread)
           .add(body_key("length_m", "Length of the shank."), &ScrewEntry::length_m);
   return form;
 }

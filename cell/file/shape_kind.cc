@@ -17,7 +17,7 @@ const FormOf<world::Bore>& bore_form() {
           .pose(&Bore::X_SB)
           .add(number_key("radius_m", "m", kPositive, "Radius of the wall.").optional("that of the thread"),
                [](FormReader& from, Bore& bore) { bore.radius = from.number("radius_m", kUntilKnown); })
-          .add(text_key("thread", "Size of its thread, a name of models/threads.json: M3 to M8 (docs/threads.md).")
+          .add(text_key("thread", "Size of its thread, a name of models/threads.json: M3 to M8, M16 (docs/threads.md).")
                    .optional(),
                &Bore::thread)
           .add(text_key("clearance_for", "Size of the screw that goes through without touching.").optional(),
@@ -40,7 +40,7 @@ const FormOf<world::Bore>& bore_form() {
 
 KindRegistry<ShapeKind>& ShapeKind::registry() {
   static KindRegistry<ShapeKind> kinds(
-      {box_shape(), capsule_shape(), container_shape(), cylinder_shape(), sphere_shape(), tube_shape()});
+      {box_shape(), capsule_shape(), container_shape(), cylinder_shape(), gear_shape(), sphere_shape(), tube_shape()});
   return kinds;
 }
 

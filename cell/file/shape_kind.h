@@ -36,6 +36,7 @@ struct ShapeKind {
 [[nodiscard]] ShapeKind capsule_shape();
 [[nodiscard]] ShapeKind container_shape();
 [[nodiscard]] ShapeKind cylinder_shape();
+[[nodiscard]] ShapeKind gear_shape();
 [[nodiscard]] ShapeKind sphere_shape();
 [[nodiscard]] ShapeKind tube_shape();
 

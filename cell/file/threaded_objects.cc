@@ -33,7 +33,7 @@ Description with_threads(const Description& description, const device::ModelLibr
 }
 
 std::optional<sim::ScrewDescription> simulated_screw(const ObjectEntry& entry) {
-  if (!entry.screw || !entry.screw->figures || entry.fixed) return std::nullopt;
+  if (!entry.screw || !entry.screw->figures) return std::nullopt;
   const device::ScrewThread& thread = *entry.screw->figures;
   sim::ScrewDescription screw;
   screw.thread = {entry.screw->thread,   thread.pitch,    thread.major,

@@ -12,7 +12,8 @@ namespace takt::cell {
 [[nodiscard]] Description with_threads(const Description& description, const device::ModelLibrary& models,
                                        Diagnostics& diagnostics);
 
-/// What makes a completed object a screw in the simulation. Nothing: it is none, or fixed. Realtime: setup.
+/// What makes a completed object a screw in the simulation, or a bolt if it is fixed. Nothing: it is none.
+/// Realtime: setup.
 [[nodiscard]] std::optional<sim::ScrewDescription> simulated_screw(const ObjectEntry& entry);
 
 }  // namespace takt::cell

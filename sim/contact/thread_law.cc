@@ -78,6 +78,12 @@ struct ThreadLaw::RelativePose {
   [[nodiscard]] Vector2d lean() const { return {-X_BT.linear()(1, 2), X_BT.linear()(0, 2)}; }
 };
 
+ThreadLaw::Inertia ThreadLaw::inertia_of(const mjModel& model, int body) {
+  return {.fixed = model.body_weldid[body] == 0,
+          .mass = model.body_mass[body],
+          .rotation = Eigen::Map<const Vector3d>(model.body_inertia + 3 * body).minCoeff()};
+}
+
 ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, const Solids& solids)
     : drives_(model, description),
       jacobians_(12 * static_cast<std::size_t>(model.nv)),
@@ -89,7 +95,9 @@ ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, 
       const int geom = mj_name2id(&model, mjOBJ_GEOM, solid_name(object.name, i).c_str());
       for (std::size_t k = 0; k < object.shapes[i].bores.size(); ++k) {
         const world::Bore& bore = object.shapes[i].bores[k];
-        if (!bore.thread.empty()) bores_.push_back({object.name, bore.thread, body, geom, solids.find(geom)->bores[k]});
+        if (bore.thread.empty()) continue;
+        const DrilledBore& figures = solids.find(geom)->bores[k];
+        bores_.push_back({object.name, bore.thread, body, geom, figures, inertia_of(model, body)});
       }
     }
     if (!object.screw) continue;
@@ -100,8 +108,7 @@ ThreadLaw::ThreadLaw(const mjModel& model, const WorldDescription& description, 
     screw.body = body;
     screw.shank = mj_name2id(&model, mjOBJ_GEOM, solid_name(object.name, object.screw->shank).c_str());
     screw.equality = mj_name2id(&model, mjOBJ_EQUALITY, object.name.c_str());
-    screw.mass = model.body_mass[body];
-    screw.inertia = Eigen::Map<const Vector3d>(model.body_inertia + 3 * body).minCoeff();
+    screw.inertia = inertia_of(model, body);
     screws_.push_back(screw);
   }
 }
@@ -216,6 +223,7 @@ bool ThreadLaw::try_engage(const mjModel& model, const mjData& data, std::size_t
   Hold& hold = screws_[index].hold;
   for (std::size_t b = 0; b < bores_.size(); ++b) {
     if (bores_[b].size != screws_[index].thread.size || occupied(b)) continue;
+    if (screws_[index].inertia.fixed && bores_[b].inertia.fixed) continue;
     const RelativePose stand = stand_of(model, data, screws_[index], bores_[b]);
     const auto mouth = static_cast<std::int64_t>(b);
     if (!in_mouth(screws_[index], bores_[b], stand, hold.mouth == mouth)) continue;
@@ -269,8 +277,8 @@ void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int r
     row_.noalias() = jacobian;
     set_jacobian(model, data, row + i, {row_.data(), static_cast<std::size_t>(nv)});
   };
-  const auto hold_at = [&](int i, double error, double stiffness, double mass) {
-    set_spring(model, data, row + i, {stiffness, kDampingTime * stiffness, mass}, error);
+  const auto hold_at = [&](int i, double error, double stiffness, double inertia) {
+    set_spring(model, data, row + i, {stiffness, kDampingTime * stiffness, inertia}, error);
   };
   for (int i = 0; i < 2; ++i) {
     set_row(i, R.col(i).transpose() * shift);
@@ -278,11 +286,12 @@ void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int r
   }
   set_row(2, R.col(2).transpose() * shift - lead * R.col(2).transpose() * turn);
   set_row(5, R.col(2).transpose() * turn);
-  const double along_helix = 1.0 / (1.0 / screw.mass + lead * lead / screw.inertia);
+  const auto& [fixed, mass, rotation] = screw.inertia.fixed ? bore.inertia : screw.inertia;
+  const double along_helix = 1.0 / (1.0 / mass + lead * lead / rotation);
   const double upright = kSideStiffness * lever * lever;
   for (int i = 0; i < 2; ++i) {
-    hold_at(i, off[i], kSideStiffness, screw.mass);
-    hold_at(3 + i, lean[i], upright, screw.inertia);
+    hold_at(i, off[i], kSideStiffness, mass);
+    hold_at(3 + i, lean[i], upright, rotation);
   }
   hold_at(2, helix, kAxialStiffness, along_helix);
 
@@ -290,7 +299,7 @@ void ThreadLaw::set_rows(const mjModel& model, mjData& data, Screw& screw, int r
   // with its stiffness.
   const double h = timestep_;
   const double limit = friction_limit(screw), stiffness = limit / kFrictionAngle, damping = h * stiffness;
-  set_spring(model, data, row + 5, {stiffness, damping, screw.inertia}, 0.0);
+  set_spring(model, data, row + 5, {stiffness, damping, rotation}, 0.0);
   const double rate = data.efc_vel[row + 5];
   screw.hold.twist = std::clamp(screw.hold.twist + h * rate, -kFrictionAngle, kFrictionAngle);
   const double torque = std::clamp(-stiffness * screw.hold.twist - damping * rate, -limit, limit);

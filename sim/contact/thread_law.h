@@ -35,8 +35,8 @@ struct ThreadEvent {
 /// Screws and threaded bores. A screw is a free object until its tip stands in the mouth of a thread of its size,
 /// nearly upright, and is turned to the right. Then the two are held together at their present pose, and one degree of
 /// freedom is left: a turn about the axis of the bore, which goes with the pitch along it, against friction. Turned
-/// back to where it was caught it is free again. Owned by the world; one thread. Equations and figures:
-/// docs/threads.md.
+/// back to where it was caught it is free again. A bolt is a screw that is fixed; then what has the bore, a nut, is
+/// free and turns about it. Owned by the world; one thread. Equations and figures: docs/threads.md.
 class ThreadLaw {
  public:
   ThreadLaw() = default;
@@ -67,11 +67,17 @@ class ThreadLaw {
 
  private:
   static constexpr std::size_t kEvents = 256;
+  /// What a body opposes to the rows of a constraint.
+  struct Inertia {
+    bool fixed = false;
+    double mass = 0.0, rotation = 0.0;  ///< kg; kg m^2, the least
+  };
   /// A threaded bore; B: its frame.
   struct ThreadedBore {
     std::string name, size;
     int body = 0, geom = 0;
     DrilledBore figures;
+    Inertia inertia;
   };
   /// How a screw stands in its thread, as it was caught. All of it is state.
   struct Hold {
@@ -95,10 +101,12 @@ class ThreadLaw {
     ThreadFigures thread;
     Pose X_OT = Pose::Identity();
     int body = 0, shank = 0, equality = 0;
-    double mass = 0.0, inertia = 0.0;  ///< kg; kg m^2, the least
+    Inertia inertia;
     Hold hold;
   };
   struct RelativePose;
+
+  [[nodiscard]] static Inertia inertia_of(const mjModel_& model, int body);
 
   [[nodiscard]] RelativePose stand_of(const mjModel_& model, const mjData_& data, const Screw& screw,
                                       const ThreadedBore& bore) const;

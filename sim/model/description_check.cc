@@ -174,7 +174,6 @@ class Checker {
   }
 
   void check(const std::string& at, const ObjectDescription& object, const ScrewDescription& screw) {
-    if (!object.free) error(Code::kConflict, at, "a screw that is fixed", "Make it free: it is caught by a thread");
     if (screw.shank >= object.shapes.size() ||
         !std::holds_alternative<kinematics::Cylinder>(object.shapes[screw.shank].shape)) {
       error(Code::kInvalidValue, at, "the shank of the screw is no cylinder", "Give the number of one of its shapes");

@@ -155,7 +155,7 @@ struct ObjectDescription {
   bool free = false;  ///< moves freely (only without a parent); otherwise fixed to its parent
   ContactParameters contact;
   std::string lit_by = {};                     ///< digital wire at which it burns; empty: it is no lamp
-  std::optional<ScrewDescription> screw = {};  ///< only if it is free (sim/contact/thread_law.h)
+  std::optional<ScrewDescription> screw = {};  ///< fixed: a bolt (sim/contact/thread_law.h)
 };
 
 /// A camera looks along its own -z, +y is up in the picture.

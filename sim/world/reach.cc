@@ -31,12 +31,12 @@ struct Ball {
 
 /// A shape that stands: a box about its centre, or a half space below its plane.
 struct Obstacle {
-  Eigen::Isometry3d X_W;
+  Eigen::Isometry3d X_OW;  ///< the world in its frame
   Vector3d half;
   bool plane = false;
 
   [[nodiscard]] double distance(const Vector3d& p_W) const {
-    const Vector3d p = X_W.inverse(Eigen::Isometry) * p_W;
+    const Vector3d p = X_OW * p_W;
     if (plane) return p.z();
     return (p.cwiseAbs() - half).cwiseMax(0.0).norm();
   }
@@ -294,7 +294,8 @@ std::vector<Obstacle> obstacles_of(const mjModel& model, const Mover& standing) 
                                    quaternion(model.geom_quat + 4 * geom);
     const bool plane = model.geom_type[geom] == mjGEOM_PLANE;
     const mjtNum* box = model.geom_aabb + 6 * geom;
-    obstacles.push_back({plane ? X_WG : X_WG * Eigen::Translation3d(vector(box)), vector(box + 3), plane});
+    const Eigen::Isometry3d X_WO = plane ? X_WG : X_WG * Eigen::Translation3d(vector(box));
+    obstacles.push_back({X_WO.inverse(Eigen::Isometry), vector(box + 3), plane});
   }
   return obstacles;
 }

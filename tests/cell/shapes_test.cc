@@ -1,4 +1,8 @@
-// Shapes of objects in scenario files: bores, tubes, containers, screws; and the screwdriver in a cell.
+// Shapes of objects in scenario files: bores, tubes, gears, containers, screws; and the screwdriver in a cell.
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,6 +49,62 @@ TEST(Shapes, ATubeIsOpenAtBothEnds) {
   EXPECT_EQ(tube.parts[0].chamfer, 0.002);
   for (const double z : {-0.049, 0.0, 0.049}) EXPECT_NEAR(distance(tube, {0.0, 0.0, z}), 0.01, 1e-12) << z;
   EXPECT_NEAR(distance(tube, {0.0, 0.015, 0.0}), -0.005, 1e-12);
+}
+
+ObjectEntry gear_of(int teeth) {
+  return shaped(
+      fmt::format(R"({{"shape": "gear", "module_m": 0.001, "teeth": {}, "width_m": 0.01, "bore_radius_m": 0.005,
+    "bore_chamfer_m": 0.0005, "hub_radius_m": 0.0075, "hub_length_m": 0.008, "at": {{}}}})",
+                  teeth));
+}
+
+TEST(Shapes, AGearHasTeethHubAndBore) {
+  const ObjectEntry gear = gear_of(20);
+  EXPECT_NEAR(distance(gear, {0.0, 0.0, 0.0}), 0.005, 1e-12) << "the bore";
+  EXPECT_NEAR(distance(gear, {0.0, 0.0, 0.012}), 0.005, 1e-12) << "it goes through the hub";
+  EXPECT_LT(distance(gear, {0.0, 0.006, 0.012}), 0.0) << "the hub is on the side of z";
+  EXPECT_GT(distance(gear, {0.0, 0.006, -0.006}), 0.0);
+  // A tooth at x, a gap half a pitch on; both are as wide as half the pitch on the pitch circle of 10 mm.
+  const auto at = [&](double radius, double angle) {
+    return distance(gear, {radius * std::cos(angle), radius * std::sin(angle), 0.0});
+  };
+  const double pitch = 2.0 * std::numbers::pi / 20;
+  EXPECT_LT(at(0.0105, 0.02), 0.0);
+  EXPECT_GT(at(0.0095, 0.5 * pitch), 0.0003);
+  EXPECT_GT(at(0.0111, 0.0), 0.0) << "the tips lie on 11 mm";
+  EXPECT_LT(at(0.0085, 0.5 * pitch), 0.0) << "the roots on 8.75 mm";
+  EXPECT_NEAR(at(0.01, 0.25 * pitch), 0.0, 8e-5) << "a flank, flat where an involute is not";
+}
+
+/// Corners of the teeth, in the frame of the gear.
+std::vector<Eigen::Vector3d> corners_of(const ObjectEntry& gear) {
+  std::vector<Eigen::Vector3d> corners;
+  for (const world::Object::Part& part : gear.parts) {
+    const auto* box = std::get_if<world::Box>(&part.shape);
+    if (!box) continue;
+    for (const double x : {-0.5, 0.5})
+      for (const double y : {-0.5, 0.5})
+        corners.push_back(part.X_OS * Eigen::Vector3d(x * box->size.x(), y * box->size.y(), 0.0));
+  }
+  return corners;
+}
+
+TEST(Shapes, TwoGearsMeshAllTheWayRound) {
+  const ObjectEntry large = gear_of(40), small = gear_of(20);
+  const double apart = 0.0305;  // half a millimetre more than the pitch circles, which is play
+  const auto corners = corners_of(small);
+  for (int i = 0; i < 24; ++i) {
+    const double turned = i * 2.0 * std::numbers::pi / 40 / 24;
+    // The large one has a gap towards the small one's tooth at first, and they turn against each other.
+    const Eigen::Isometry3d X_WL(Eigen::AngleAxisd(std::numbers::pi / 40 + turned, Eigen::Vector3d::UnitZ()));
+    const Eigen::Isometry3d X_WS = Eigen::Translation3d(apart, 0.0, 0.0) *
+                                   Eigen::AngleAxisd(std::numbers::pi - 2.0 * turned, Eigen::Vector3d::UnitZ());
+    double least = 1.0;
+    for (const Eigen::Vector3d& corner : corners)
+      least = std::min(least, distance(large, X_WL.inverse() * X_WS * corner));
+    EXPECT_GT(least, 0.0) << turned;
+    EXPECT_LT(least, 0.0005) << "the teeth reach into each other";
+  }
 }
 
 TEST(Shapes, AContainerHasAFloorAndFourWalls) {
@@ -105,6 +165,16 @@ TEST(Shapes, WhatIsWrongIsReportedWhereItIs) {
               Reports(Code::kOutOfRange, "/objects/thing/inner_radius_m"));
   EXPECT_THAT(form(R"({"shape": "container", "size_m": [0.1, 0.1, 0.1], "wall_m": 0.06, "at": {}})"),
               Reports(Code::kOutOfRange, "/objects/thing/wall_m"));
+  const auto gear = [&](const std::string& keys) {
+    return form(R"({"shape": "gear", "module_m": 0.001, "width_m": 0.01, "at": {}, )" + keys + "}");
+  };
+  EXPECT_THAT(gear(R"("teeth": 20, "bore_radius_m": 0.009)"),
+              Reports(Code::kOutOfRange, "/objects/thing/bore_radius_m"));
+  EXPECT_THAT(gear(R"("teeth": 20, "bore_radius_m": -0.005)"),
+              Reports(Code::kOutOfRange, "/objects/thing/bore_radius_m"));
+  EXPECT_THAT(gear(R"("teeth": 20, "bore_radius_m": 0.005, "hub_radius_m": 0.009)"),
+              Reports(Code::kOutOfRange, "/objects/thing/hub_radius_m"));
+  EXPECT_THAT(gear(R"("teeth": 8, "bore_radius_m": 0.001)"), Reports(Code::kOutOfRange, "/objects/thing/teeth"));
   EXPECT_THAT(form(R"({"shape": "sphere", "radius_m": 0.1, "at": {}, "bores": []})"),
               Reports(Code::kUnknownKey, "/objects/thing/bores"));
   EXPECT_THAT(form(R"({"screw": {"thread": "M6", "length_m": 0.01}, "shape": "sphere", "radius_m": 0.1, "at": {}})"),

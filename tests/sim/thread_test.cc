@@ -24,7 +24,8 @@ constexpr ThreadSize kSizes[] = {{"M3", 0.0005, 0.003, 0.002675, 0.002459, 0.01,
                                  {"M4", 0.0007, 0.004, 0.003545, 0.003242, 0.02, 0.007, 0.004},
                                  {"M5", 0.0008, 0.005, 0.00448, 0.004134, 0.04, 0.0085, 0.005},
                                  {"M6", 0.001, 0.006, 0.00535, 0.004917, 0.06, 0.01, 0.006},
-                                 {"M8", 0.00125, 0.008, 0.007188, 0.006647, 0.12, 0.013, 0.008}};
+                                 {"M8", 0.00125, 0.008, 0.007188, 0.006647, 0.12, 0.013, 0.008},
+                                 {"M16", 0.002, 0.016, 0.014701, 0.013835, 0.3, 0.024, 0.016}};
 constexpr double kFlankFriction = 0.12, kHeadFriction = 0.12;
 constexpr double kShankLength = 0.012;
 
@@ -65,10 +66,32 @@ WorldDescription screw_over_thread(const ThreadSize& size, double lean) {
   return world;
 }
 
+/// The same bolt upside down and fixed, and a nut that stands on its tip.
+WorldDescription nut_on_bolt(const ThreadSize& size) {
+  WorldDescription world = screw_over_thread(size, 0.0);
+  ObjectDescription bolt = world.objects.back();
+  const double chamfer = 0.6 * (size.major - size.minor), height = 0.8 * size.major;
+  bolt.name = "bolt";
+  bolt.free = false;
+  bolt.mount.X_P = Pose(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()));
+  ObjectDescription nut;
+  nut.name = "nut";
+  nut.free = true;
+  nut.mass = 0.006;
+  nut.contact = hard_surface();
+  nut.shapes.push_back({.shape = kinematics::Cylinder{0.8 * size.major, height}});
+  world::Bore bore{.radius = 0.5 * size.minor, .chamfer = chamfer, .thread = size.name};
+  bore.X_SB = Eigen::Translation3d(0.0, 0.0, -0.5 * height) * Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX());
+  nut.shapes[0].bores.push_back(bore);
+  nut.mount.X_P.translation().z() = 0.5 * height - chamfer;
+  world.objects = {bolt, nut};
+  return world;
+}
+
 /// Turns the screw about its own axis with a torque, as a hand does that gives way sideways.
 class Hand {
  public:
-  explicit Hand(World& world) : world_(world), body_(world.body("screw")) {}
+  explicit Hand(World& world, const char* what = "screw") : world_(world), body_(world.body(what)) {}
 
   /// @param torque  Nm, to the right   @param rate  rad/s, no faster   @return false: the simulation has failed
   bool turn(double torque, double rate, int cycles) {
@@ -97,6 +120,39 @@ std::vector<Kind> kinds(const World& world) {
   std::vector<Kind> found;
   for (const ThreadEvent& event : world.threads().events()) found.push_back(event.kind);
   return found;
+}
+
+TEST(Thread, ANutGoesDownAFixedBoltByThePitchATurnAndSeatsOnItsHead) {
+  for (const ThreadSize& size : kSizes) {
+    World world = make(nut_on_bolt(size));
+    Hand hand(world, "nut");
+    ASSERT_TRUE(hand.turn(3.0 * size.run_down, 6.0, 200));
+    ASSERT_EQ(kinds(world), (std::vector{Kind::kCaught})) << size.name;
+    const int body = world.body("nut");
+    const double height = world.body_pose(body).translation().z(), angle = world.threads().turned(0);
+    ASSERT_TRUE(hand.turn(3.0 * size.run_down, 6.0, 2000));
+    const double turns = (world.threads().turned(0) - angle) / (2.0 * std::numbers::pi);
+    ASSERT_GT(turns, 1.2) << size.name;
+    EXPECT_NEAR((height - world.body_pose(body).translation().z()) / turns, size.pitch, 0.01 * size.pitch) << size.name;
+    EXPECT_NEAR(hand.applied(), size.run_down, 0.1 * size.run_down) << size.name;
+    EXPECT_LT(world.body_pose(body).translation().head<2>().norm(), 1e-5);
+    ASSERT_TRUE(hand.turn(20.0 * size.run_down, 30.0, 6000));
+    EXPECT_EQ(kinds(world), (std::vector{Kind::kCaught, Kind::kSeated})) << size.name;
+  }
+}
+
+TEST(Thread, ANutThatIsTurnedBackIsFree) {
+  World world = make(nut_on_bolt(kSizes[3]));
+  Hand hand(world, "nut");
+  ASSERT_TRUE(hand.turn(3.0 * kSizes[3].run_down, 6.0, 400));
+  ASSERT_EQ(kinds(world), (std::vector{Kind::kCaught}));
+  auto* data = const_cast<mjData*>(world.physics_data());
+  const int dof = world.physics_model()->body_dofadr[world.body("nut")];
+  for (int i = 0; i < 3000 && world.threads().events().size() < 2; ++i) {
+    data->qfrc_applied[dof + 5] = data->qvel[dof + 5] < 6.0 ? 3.0 * kSizes[3].run_down : 0.0;
+    ASSERT_TRUE(world.step());
+  }
+  EXPECT_EQ(kinds(world), (std::vector{Kind::kCaught, Kind::kReleased}));
 }
 
 TEST(Thread, AScrewGoesInByItsPitchATurn) {

@@ -11,6 +11,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PEG_INSERT = ROOT / "scenarios/benchmarks/peg_insert.json"
+NUT_THREAD = ROOT / "scenarios/benchmarks/nut_thread.json"
 TAKT = ""
 
 
@@ -49,6 +50,32 @@ class PegInsert(unittest.TestCase):
     def test_a_size_that_is_none_is_refused(self):
         status, report = takt("run", PEG_INSERT, "--set", "/objects/block/bores/0/radius_m=-0.004")
         self.assertEqual((status, report["diagnostics"][0]["pointer"]), (2, "/objects/block/bores/0/radius_m"))
+
+
+class NutThread(unittest.TestCase):
+    def test_seeds(self):
+        status, report = takt("verify", NUT_THREAD, "--seeds", 2)
+        self.assertEqual((status, report["passed"]), (0, 2), report["expectations"])
+
+    def ends_with(self, code, change):
+        status, report = takt("run", NUT_THREAD, "--seed", 3, "--set", change)
+        self.assertEqual((status, report["result"]), (3, "error"))
+        self.assertEqual([one["code"] for one in report["diagnostics"] if one["severity"] == "error"], [code])
+        self.assertFalse(report["expectations"][0]["passed"])
+        self.assertLess(report["sim_time"], 25)
+
+    def test_a_thread_that_does_not_fit(self):
+        self.ends_with("condition-not-met", '/objects/nut/parts/0/bores/0/thread="M8"')
+
+    def test_a_bolt_that_is_not_there(self):
+        self.ends_with("condition-not-met", "/objects/bolt/at/position_m=[0.3,0.3,0]")
+
+    def test_noise_beyond_the_search(self):
+        self.ends_with("raised", "/objects/bolt/at/position_m=[0.013,0.013,0]")
+
+    def test_a_length_that_is_none_is_refused(self):
+        status, report = takt("run", NUT_THREAD, "--set", "/objects/bolt/screw/length_m=-0.02")
+        self.assertEqual((status, report["diagnostics"][0]["pointer"]), (2, "/objects/bolt/screw/length_m"))
 
 
 if __name__ == "__main__":
