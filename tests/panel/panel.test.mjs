@@ -61,6 +61,11 @@ describe("a cell that is served", () => {
       exact: true,
     });
     await plus.hover();
+    const before = (await server.arm()).q_commanded;
+    await page.mouse.down({ button: "right" });
+    await page.waitForTimeout(200);
+    assert.deepEqual((await server.arm()).q_commanded, before);
+    await page.mouse.up({ button: "right" });
     await moves(server, () => page.mouse.down());
     await page.mouse.up();
     await rests(server);
