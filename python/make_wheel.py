@@ -31,6 +31,8 @@ Requires-Python: =={python}.*
 Requires-Dist: numpy
 Provides-Extra: arrow
 Requires-Dist: pyarrow; extra == "arrow"
+Provides-Extra: gym
+Requires-Dist: gymnasium; extra == "gym"
 Provides-Extra: plot
 Requires-Dist: matplotlib; extra == "plot"
 License-File: LICENSE

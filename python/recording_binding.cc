@@ -90,7 +90,7 @@ Result<std::vector<record::Table>> read_all(const Recording& recording, const st
 }
 
 /// The file is read once, however many topics there are.
-nb::list read_tables(const Recording& recording, const std::vector<std::string>& topics) {
+nb::typed<nb::list, nb::tuple> read_tables(const Recording& recording, const std::vector<std::string>& topics) {
   std::vector<record::Table> read;
   {
     const nb::gil_scoped_release unlocked;

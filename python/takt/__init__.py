@@ -13,6 +13,14 @@ from .sweeps import between, sweep
 from ._tree import Scenario, Step, branch, call, charts, fail, for_each, krl, let, log, parallel, repeat, sequence, stop, tree, try_, urscript
 from ._takt import version as __version__
 
+
+def __getattr__(name: str):  # type: ignore[no-untyped-def]
+    """takt.gym is imported when it is first used: it needs Gymnasium."""
+    if name == "gym":
+        import importlib
+        return importlib.import_module("takt.gym")
+    raise AttributeError(f"module 'takt' has no attribute '{name}'")
+
 __all__ = [
     "Activity", "Arm", "Cancelled", "Cell", "CellChannel", "Channel", "Comparison", "Curve", "Diagnostic", "Error", "Expectation",
     "Frame", "Gripper", "Joints", "OpenError", "OperationError", "Outcome", "Output", "Pose", "Reaction", "Real",

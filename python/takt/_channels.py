@@ -49,7 +49,8 @@ class CellChannel:
     @property
     def sensor(self) -> "_takt.State | _takt.Real | _takt.Vector | _takt.Frame | _takt.Twist | _takt.Wrench | _takt.Joints":
         """For conditions and formulas: a Boolean is a State."""
-        return self._cell._native.channel_sensor(self.name)
+        sensor: Any = self._cell._native.channel_sensor(self.name)
+        return sensor  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
         return f"<channel '{self.name}', {self.type}>"
@@ -100,10 +101,10 @@ def _quaternion(R: "np.ndarray") -> list[float]:
     xy, xz, yz = R[1, 0] + R[0, 1], R[0, 2] + R[2, 0], R[2, 1] + R[1, 2]
     rows = [(squares[0], x, y, z), (x, squares[1], xy, xz), (y, xy, squares[2], yz), (z, xz, yz, squares[3])]
     wxyz = np.array(rows[largest])
-    return (wxyz / math.sqrt(wxyz @ wxyz)).tolist()
+    return [float(one) for one in wxyz / math.sqrt(wxyz @ wxyz)]
 
 
 def _rotation(wxyz: list[float]) -> "np.ndarray":
     w, v = wxyz[0], np.array(wxyz[1:])
     cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)

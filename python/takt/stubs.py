@@ -148,6 +148,7 @@ def module() -> str:
     printer.put(_takt)
     text = str(printer.get())
     text = text.replace("Sequence[float]", "Sequence[float] | NDArray[numpy.float64]").replace("-> tuple:", "-> tuple[Any, Any]:")
+    text = text.replace("list[tuple]", "list[tuple[Any, Any]]")
     return HEAD + re.sub(r"from typing import (.*)", r"from typing import Any, \1", text, count=1)
 
 

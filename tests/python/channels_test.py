@@ -69,7 +69,7 @@ def test_a_jog_goes_after_a_channel_and_a_state_ends_it(cell):
     before = arm.tool
     enable.write(True)
     cell.next_cycle()
-    run = arm.jog.begin(channel="stick", while_=enable.sensor)
+    run = arm.jog.begin(channel="stick", while_=enable.sensor, until=~enable.sensor)
     for _ in range(300):
         stick.write([0, 0.05, 0, 0, 0, 0])
         cell.next_cycle()
