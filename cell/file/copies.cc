@@ -29,8 +29,9 @@ bool is_parameter_name(std::string_view name) {
 
 /// What an expectation `value` is about is an expression like those of programs: it knows parameters as variables.
 bool is_expression(const Json& entry, const std::string& key) {
+  if (key != "value") return false;
   const auto kind = entry.find("kind");
-  return key == "value" && kind != entry.end() && *kind == "value";
+  return kind != entry.end() && *kind == "value";
 }
 
 class CopyWriter {

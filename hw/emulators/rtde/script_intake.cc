@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "hw/emulators/rtde/language.h"
 #include "languages/urscript/lexer.h"
 
 namespace takt::hw::rtde {
