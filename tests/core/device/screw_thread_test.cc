@@ -23,9 +23,10 @@ TEST(ScrewThreadTable, TheModelsHaveMetricCoarseThreads) {
     EXPECT_NEAR(thread.pitch_diameter, thread.major - 0.649519 * thread.pitch, 1e-6) << size;
     EXPECT_NEAR(thread.minor, thread.major - 1.082532 * thread.pitch, 1e-6) << size;
   }
-  EXPECT_THAT(sizes, testing::ElementsAre("M3", "M4", "M5", "M6", "M8"));
+  EXPECT_THAT(sizes, testing::UnorderedElementsAre("M3", "M4", "M5", "M6", "M8", "M16"));
   EXPECT_DOUBLE_EQ(table->at("M6").pitch, 0.001);
   EXPECT_DOUBLE_EQ(table->at("M8").pitch, 0.00125);
+  EXPECT_DOUBLE_EQ(table->at("M16").pitch, 0.002);
 }
 
 TEST(ScrewThreadTable, WhatDoesNotFitIsReported) {
