@@ -20,9 +20,6 @@ constexpr double kFadeTime = 0.2;
 constexpr std::int64_t kProtectiveCycles = 10;
 /// rad/s or m/s: slower joints stand, for a change of the mode.
 constexpr double kStandstill = 0.02;
-/// Arms that know their torques from their motors' currents measure at the motors, and report what that is at the
-/// joints: their drives see it finer by the ratio of the gears. Strain wave gears of their size have 100 to 160.
-constexpr double kGearRatio = 100.0;
 /// m/s or rad/s: what is slower is held by static friction.
 constexpr double kStuckSpeed = 1e-3;
 
@@ -77,8 +74,7 @@ SimArm::SimArm(const SimArmDescription& description, ArmPlant plant, std::uint64
       line_(cycles_of(measurement_.delay, plant_.period),
             std::max<std::size_t>(1, cycles_of(measurement_.period, plant_.period))) {
   const int n = plant_.chain.joint_count();
-  q_ = dq_ = drive_q_ = drive_dq_ = q_true_ = dq_true_ = motor_torque_ = joint_torque_ = wanted_torque_ = fading_ =
-      zeros(n);
+  q_ = dq_ = q_true_ = dq_true_ = motor_torque_ = joint_torque_ = wanted_torque_ = fading_ = zeros(n);
   set_point_.q = set_point_.dq = set_point_.ddq = zeros(n);
   device::ArmSample sample;
   sample.q = sample.dq = zeros(n);
@@ -266,21 +262,13 @@ void SimArm::gather(const mjData_& data) {
   q_ = q_true_;
   dq_ = dq_true_;
   if (plant_.drive) plant_.drive->count(q_true_, dq_true_, q_, dq_);
-  drive_q_ = q_;
-  drive_dq_ = dq_;
-  const double finer = measurement_.torque_at_motor ? kGearRatio : 1.0;
-  if (const double step = measurement_.position_resolution; step > 0.0) {
-    for (Eigen::Index i = 0; i < q_.size(); ++i) {
-      q_[i] = std::round(q_[i] / step) * step;
-      drive_q_[i] = std::round(drive_q_[i] / step * finer) * step / finer;
-    }
+  const double step = measurement_.position_resolution;
+  if (step > 0.0) {
+    for (Eigen::Index i = 0; i < q_.size(); ++i) q_[i] = std::round(q_[i] / step) * step;
   }
-  if (const double sigma = measurement_.velocity_noise; sigma > 0.0) {
-    for (Eigen::Index i = 0; i < q_.size(); ++i) {
-      const double noise = sigma * noise_.normal();
-      dq_[i] += noise;
-      drive_dq_[i] += noise / finer;
-    }
+  const double sigma = measurement_.velocity_noise;
+  if (sigma > 0.0) {
+    for (Eigen::Index i = 0; i < q_.size(); ++i) dq_[i] += sigma * noise_.normal();
   }
 }
 
@@ -301,22 +289,21 @@ JointVector SimArm::unknown_friction(double duration) {
     friction_.reset();
     return zeros(q_.size());
   }
-  const JointVector acceleration = friction_.acceleration(drive_dq_, duration);
+  const JointVector acceleration = friction_.acceleration(dq_, duration);
   JointVector modelled = q_;
-  drives_.friction(drive_dq_, modelled);
-  const JointVector needed =
-      plant_.chain.inverse_dynamics(drive_q_, drive_dq_, acceleration, plant_.gravity_B, payload_) +
-      plant_.armature.cwiseProduct(acceleration) + control_.friction_compensation * modelled;
+  drives_.friction(dq_, modelled);
+  const JointVector needed = plant_.chain.inverse_dynamics(q_, dq_, acceleration, plant_.gravity_B, payload_) +
+                             plant_.armature.cwiseProduct(acceleration) + control_.friction_compensation * modelled;
   friction_.update(needed, motor_torque_, duration);
-  return friction_.compensation(modelled, drive_dq_);
+  return friction_.compensation(modelled, dq_);
 }
 
 void SimArm::compute_torque(const Substep& step) {
   const double h = step.begin();
   JointVector q_r = set_point_.q + h * set_point_.dq + (0.5 * h * h) * set_point_.ddq;
   if (plant_.drive) plant_.drive->steer(q_, set_point_.dq, q_r);
-  const ArmTask task{.q = drive_q_,
-                     .dq = drive_dq_,
+  const ArmTask task{.q = q_,
+                     .dq = dq_,
                      .q_r = q_r,
                      .dq_r = set_point_.dq + h * set_point_.ddq,
                      .ddq_r = set_point_.ddq,
@@ -463,8 +450,8 @@ void SimArm::stream(StateStream& state) {
   if (plant_.drive) plant_.drive->stream(state);
   friction_.stream(state);
   observer_.stream(state);
-  for (JointVector* values : {&q_, &dq_, &drive_q_, &drive_dq_, &q_true_, &dq_true_, &motor_torque_, &joint_torque_,
-                              &set_point_.q, &set_point_.dq, &set_point_.ddq, &wanted_torque_, &fading_}) {
+  for (JointVector* values : {&q_, &dq_, &q_true_, &dq_true_, &motor_torque_, &joint_torque_, &set_point_.q,
+                              &set_point_.dq, &set_point_.ddq, &wanted_torque_, &fading_}) {
     state.vector(*values);
   }
   state(fade_);

@@ -112,9 +112,8 @@ class SimArm final : public device::ArmBackend, public SimDevice {
   ExternalTorqueObserver observer_;
   Random noise_;
 
-  JointVector q_, dq_;              // as measured by the controller, at the joints
-  JointVector drive_q_, drive_dq_;  // the same by its drives, which may be finer
-  JointVector q_true_, dq_true_;    // of the plant
+  JointVector q_, dq_;            // as measured by the controller
+  JointVector q_true_, dq_true_;  // of the plant
   JointVector motor_torque_;
   JointVector joint_torque_;  // behind the gear
   device::ArmSetPoint set_point_;

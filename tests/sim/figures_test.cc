@@ -166,18 +166,6 @@ TEST_P(FiguresTest, WithItsRatedLoadAndAllItsSpeedNoMotorLacksTorque) {
   EXPECT_GT(worst, 0.5) << "the motions are no trial";
 }
 
-TEST_P(FiguresTest, AnArmThatStandsDoesNotTremble) {
-  World world = make(cell);
-  Eigen::AlignedBox3d where;
-  for (int k = 0; k < 3000; ++k) {
-    world.arm("arm")->write(set_point(model->home, zero(), zero()));
-    ASSERT_TRUE(world.step());
-    if (k > 1000) where.extend(flange(world));
-  }
-  RecordProperty("trembles_um", std::to_string(1e6 * where.sizes().norm()));
-  EXPECT_LT(where.sizes().maxCoeff(), 2e-6);
-}
-
 TEST_P(FiguresTest, AStepOfTenMillimetresSettlesInAFifthOfASecond) {
   for (int axis = 0; axis < 3; ++axis) {
     World world = make(cell);
