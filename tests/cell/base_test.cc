@@ -74,19 +74,25 @@ std::string sill(const char* height, const char* half) {
 }
 
 TEST(Base, ASillIsNoWayAndWhatIsLowerIs) {
-  const char* ahead = R"({"do": "lin", "to": {"by_m": [1.5, 0, 0]}})";
+  const char* ahead = R"({"do": "lin", "to": {"in": "world", "by_m": [0, 1.5, 0]}})";
   EXPECT_THAT(refusal(alone(ahead, sill("0.005", "0.0025"))),
               Reports(Code::kCollision, "/program/steps/0", {"sill", "base"}));
   EXPECT_THAT(refusal(rolling(ahead, sill("0.005", "0.0025"))),
               Reports(Code::kCollision, "/program/steps/0", {"sill"}));
-  expect_passed(run(alone(ahead, sill("0.002", "0.001"))));
+  expect_passed(run(alone(ahead, sill("0.0015", "0.00075"))));
 }
 
 /// By hand nothing is planned: the wheels meet it, and the base does not pass.
 TEST(Base, ASillStopsABaseThatIsDrivenByHand) {
-  const RunReport report =
-      run(alone(R"({"do": "jog", "linear_m_s": [0.1, 0, 0], "seconds": 12})", sill("0.005", "0.0025")));
-  EXPECT_NE(report.verdict, Verdict::kPassed);
+  const std::string switched = R"(, "channels": {"on": {"type": "Boolean", "initial": true}})";
+  const auto driven = [&](const char* height, const char* half) {
+    return run(alone(
+                   R"({"do": "jog", "in": "world", "linear_m_s": [0, 0.1, 0], "seconds": 12, "while": {"channel": "on"}})",
+                   sill(height, half) + switched))
+        .verdict;
+  };
+  EXPECT_NE(driven("0.005", "0.0025"), Verdict::kPassed);
+  EXPECT_EQ(driven("0.0015", "0.00075"), Verdict::kPassed);
 }
 
 TEST(Base, AGoalOutOfThePlaneIsAnErrorThatSaysSo) {
