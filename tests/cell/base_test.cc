@@ -86,10 +86,9 @@ TEST(Base, ASillIsNoWayAndWhatIsLowerIs) {
 TEST(Base, ASillStopsABaseThatIsDrivenByHand) {
   const std::string switched = R"(, "channels": {"on": {"type": "Boolean", "initial": true}})";
   const auto driven = [&](const char* height, const char* half) {
-    return run(alone(
-                   R"({"do": "jog", "in": "world", "linear_m_s": [0, 0.1, 0], "seconds": 12, "while": {"channel": "on"}})",
-                   sill(height, half) + switched))
-        .verdict;
+    const char* jog = R"({"do": "jog", "in": "world", "linear_m_s": [0, 0.1, 0], "seconds": 12,
+      "while": {"channel": "on"}})";
+    return run(alone(jog, sill(height, half) + switched)).verdict;
   };
   EXPECT_NE(driven("0.005", "0.0025"), Verdict::kPassed);
   EXPECT_EQ(driven("0.0015", "0.00075"), Verdict::kPassed);
