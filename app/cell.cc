@@ -138,14 +138,14 @@ class Cell::Impl {
     if (is.writer == device::ChannelDescription::Writer::kNet)
       refuse(Code::kConflict, fmt::format("'{}' is written by nets", is.name),
              "Read it, or declare it without 'writer'");
+    if (value && static_cast<net::ValueType>(value->index()) != is.type)
+      refuse(Code::kWrongType, fmt::format("'{}' carries a {}", is.name, net::name_of(is.type)),
+             "Write a value of that type");
     // In the follower the value arrives with the cycle in which the server has taken it.
     if (follower_ != nullptr) return follower_->write_channel(is.name, value);
     using Written = device::Channel::Written;
     Written written = Written::kBusy;
     while (written == Written::kBusy) written = value ? channel.write(*value) : channel.write_null();
-    if (written == Written::kWrongType)
-      refuse(Code::kWrongType, fmt::format("'{}' carries a {}", is.name, net::name_of(is.type)),
-             "Write a value of that type");
   }
   activity::Runtime& runtime() { return *runtime_; }
   expression::Biases& biases() { return run_->variables().biases; }

@@ -1,5 +1,6 @@
 #include "app/interfaces/operation_by_name.h"
 
+#include <algorithm>
 #include <array>
 #include <set>
 #include <string_view>
@@ -84,7 +85,7 @@ P read_parameters(const operations::ParameterRows<P>& table, const Json& json, c
   }
   reader.finish();
   for (const auto& [key, state] : values.states) {
-    if (!put_state(key, state, parameters))
+    if (std::ranges::find(keys, key) == keys.end() || !put_state(key, state, parameters))
       diagnostics.error(Code::kUnknownKey, pointer_segment(key), fmt::format("unknown key '{}'", key),
                         nearest_choice(key, keys));
   }

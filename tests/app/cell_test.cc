@@ -93,6 +93,18 @@ TEST(Cell, NamesThatAreNotThereAreToldWithTheNearest) {
               Reports(Code::kUnsupported, "/gripper", {"gripper"}));
 }
 
+TEST(Cell, AChannelIsWrittenWithAValueOfItsTypeAndCountsFromTheNextCycleOn) {
+  Cell cell("pick.json");
+  const auto override_now = [&] { return expression::channel<net::Real>(cell.model(), "operator/override").now(); };
+  cell.write_channel("operator/override", net::Real(0.5));
+  cell.wait(0.002);
+  EXPECT_EQ(override_now(), 0.5);
+  EXPECT_THAT(error_of([&] { cell.write_channel("operator/override", net::Boolean(true)); }),
+              Reports(Code::kWrongType, "", {"Real"}));
+  EXPECT_THAT(error_of([&] { cell.write_channel("operator/overide", net::Real(1.0)); }),
+              Reports(Code::kUnknownName, "", {"operator/override"}));
+}
+
 TEST(Cell, D1_TwoRunsHaveOneDigestAndASeedOfTheirOwn) {
   const auto digest = [](std::uint64_t seed) {
     Cell cell("touch.json", {.set = {{"/expectations", "[]"}}, .seed = seed});

@@ -105,4 +105,5 @@ def test_wrong_use(cell):
     assert refused(lambda: cell.channel("place").write(np.zeros((4, 4)))) == ("UsageError", "invalid-value")
     assert refused(lambda: cell.channel("count").write(0.5))[1] == "syntax"
     assert refused(lambda: cell.channel("word").sensor) == ("UsageError", "unsupported")
+    assert refused(lambda: cell.arm().freedrive(while_=cell.channel("enable").sensor)) == ("OperationError", "unknown-key")
     assert "level" in repr(level) and level.unit == "m" and level.type == "Real" and level.writer == "outside"
